@@ -1,0 +1,1 @@
+//! Writes pictures to any `io::Write`.

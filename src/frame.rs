@@ -1,0 +1,60 @@
+//! The planes of one picture in memory.
+
+/// The id of a pixel whose ray hits nothing.
+pub const MISS: u32 = u32::MAX;
+
+/// A picture: rows from top to bottom, pixels `0x00RRGGBB`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Frame {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width * height` pixels.
+    pub pixels: Vec<u32>,
+}
+
+impl Frame {
+    /// A black picture.
+    #[must_use]
+    pub fn new(width: usize, height: usize) -> Frame {
+        Frame {
+            width,
+            height,
+            pixels: vec![0; width * height],
+        }
+    }
+
+    /// Changes the size; the pixels are whatever is left over. Does nothing when the size is the same.
+    pub fn resize(&mut self, width: usize, height: usize) {
+        self.width = width;
+        self.height = height;
+        self.pixels.resize(width * height, 0);
+    }
+}
+
+/// What each pixel's ray hits: rows from top to bottom.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hits {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The triangle's number in the file, or [`MISS`].
+    pub ids: Vec<u32>,
+    /// How far the hit is, in lengths of the pixel's (not normalised) direction; infinite for a miss.
+    pub t: Vec<f32>,
+}
+
+impl Hits {
+    /// Buffers of a size, all misses.
+    #[must_use]
+    pub fn new(width: usize, height: usize) -> Hits {
+        Hits {
+            width,
+            height,
+            ids: vec![MISS; width * height],
+            t: vec![f32::INFINITY; width * height],
+        }
+    }
+}

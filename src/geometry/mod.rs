@@ -1,0 +1,7 @@
+//! The triangle is the only primitive: what is degenerate, what a box is.
+
+mod aabb;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use triangle::{is_degenerate, unit_normal};

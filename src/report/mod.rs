@@ -1,0 +1,1 @@
+//! The original report's method as printed.

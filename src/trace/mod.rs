@@ -1,0 +1,1 @@
+//! Which triangle each pixel's ray hits.

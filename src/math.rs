@@ -1,9 +1,9 @@
-//! Double-precision helpers on glam types whose results are the same on every platform.
+//! Helpers on glam types whose results are the same on every platform: rotations, random numbers.
 //!
 //! glam's own rotation constructors call the system's `sin` and `cos`; a camera built with them would
 //! differ by a bit from machine to machine, and so would the picture. These take both from `libm`.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use crate::scene::Axis;
 
@@ -24,6 +24,52 @@ pub fn rotation(axis: Axis, angle_rad: f64) -> DMat3 {
 pub fn power_of_two_below(x: f64) -> f64 {
     debug_assert!(x.is_finite() && x > 0.0, "needs a positive finite number");
     libm::exp2(f64::from(libm::ilogb(x)))
+}
+
+/// A small generator of random numbers whose stream is the same everywhere: SplitMix64.
+/// For generated scenes and tests. Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014.
+#[derive(Clone, Debug)]
+pub struct Random(u64);
+
+impl Random {
+    /// The stream of a seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// A whole number in 0..`n`; `n` is at least 1.
+    pub fn below(&mut self, n: u32) -> u32 {
+        ((self.bits() >> 32) * u64::from(n) >> 32) as u32
+    }
+
+    /// A number in 0.0..1.0, a multiple of 2⁻²⁴.
+    pub fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / 16_777_216.0
+    }
+
+    /// A number in `low`..`high`.
+    pub fn range(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// A point of the cube with corners at ±1.
+    pub fn point(&mut self) -> Vec3 {
+        Vec3::new(
+            self.range(-1.0, 1.0),
+            self.range(-1.0, 1.0),
+            self.range(-1.0, 1.0),
+        )
+    }
 }
 
 #[cfg(test)]

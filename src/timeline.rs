@@ -82,6 +82,7 @@ pub fn rotation_after(operations: &[Operation]) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Aabb;
     use crate::scene::Axis;
 
     fn ops() -> Vec<Operation> {
@@ -116,5 +117,16 @@ mod tests {
             seconds_per_op: 0.1,
         };
         assert_eq!(t.frames_per_op(), 1);
+    }
+
+    #[test]
+    fn the_camera_of_a_frame_is_the_base_camera_turned_about_the_pivot() {
+        let base = Camera::default_for(Aabb::EMPTY);
+        let (t, pivot) = (Timing::default(), DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(camera_at(base, &ops(), t, 0, DVec3::ZERO), base);
+        let turned = camera_at(base, &ops(), t, 20, pivot);
+        assert_eq!(turned, base.turned(rotation_at(&ops(), t, 20), pivot));
+        let distance = |c: Camera| (c.eye - pivot).length();
+        assert!((distance(turned) - distance(base)).abs() < 1e-12);
     }
 }

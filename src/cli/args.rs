@@ -81,7 +81,7 @@ pub struct RenderArgs {
     pub scene: PathBuf,
     /// File to write: .bmp, .png, or .npy (the numbers of --view id, depth, normal or shaded)
     ///
-    /// Default: data.bmp, or none with --hash. A device or pipe without an extension, like /dev/stdout, gets a BMP.
+    /// Default: data.bmp, or none with --hash. The standard output (-) and other pipes and devices without an extension get a BMP.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Frame of the animation [default: the last]
@@ -180,7 +180,7 @@ pub enum Workload {
 pub struct DemoArgs {
     /// Name of the demo; without it, all are listed
     pub name: Option<String>,
-    /// Save the demo as a scene file instead of opening it
+    /// Save the demo as a scene file (- for the standard output) instead of opening it
     #[arg(long, value_name = "FILE", requires = "name")]
     pub write: Option<PathBuf>,
 }

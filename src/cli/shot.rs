@@ -112,12 +112,23 @@ pub fn write_file(
     progress: &Progress,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Outcome {
-    let result = write_whole(path, |out| write(&mut Cancellable { out, progress }));
+    let result = write_whole(target(path), |out| {
+        write(&mut Cancellable { out, progress })
+    });
     match result {
         Ok(()) => Ok(()),
         Err(_) if progress.is_cancelled() => Err(Failure::Interrupted),
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
         Err(e) => Err(Failure::file("write", path, &e)),
+    }
+}
+
+/// `-` is the standard output.
+fn target(path: &Path) -> &Path {
+    if path == Path::new("-") {
+        Path::new("/dev/stdout")
+    } else {
+        path
     }
 }
 

@@ -7,6 +7,9 @@ use super::exit::{Failure, Outcome};
 use super::load::Source;
 use crate::demo::{self, Demo};
 
+/// Until the window is there.
+const NO_WINDOW: &str = "there is no window yet; raybomb render writes pictures";
+
 /// Opens the scene file `path`.
 ///
 /// # Errors
@@ -14,7 +17,7 @@ use crate::demo::{self, Demo};
 pub fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
     let _ = window;
     Source::read(path)?.parse()?;
-    Err(Failure::NoWindow("there is no window yet".to_owned()))
+    Err(Failure::NoWindow(NO_WINDOW.to_owned()))
 }
 
 /// Opens a built-in demo.
@@ -23,7 +26,7 @@ pub fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
 /// No window to be had.
 pub fn open_demo(demo: &Demo) -> Outcome {
     let _ = demo;
-    Err(Failure::NoWindow("there is no window yet".to_owned()))
+    Err(Failure::NoWindow(NO_WINDOW.to_owned()))
 }
 
 /// Opens the first of the built-in demos.

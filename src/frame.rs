@@ -33,28 +33,39 @@ impl Frame {
     }
 }
 
-/// What each pixel's ray hits: rows from top to bottom.
+/// What one pixel's ray hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The triangle's number in the file, or [`MISS`].
+    pub id: u32,
+    /// How far away, in lengths of the pixel's (not normalised) direction; infinite for a miss.
+    pub t: f32,
+}
+
+impl Hit {
+    /// Nothing.
+    pub const NONE: Hit = Hit {
+        id: MISS,
+        t: f32::INFINITY,
+    };
+}
+
+/// What the rays of a picture hit: rows from top to bottom.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hits {
     /// Pixels a row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// The triangle's number in the file, or [`MISS`].
-    pub ids: Vec<u32>,
-    /// How far the hit is, in lengths of the pixel's (not normalised) direction; infinite for a miss.
-    pub t: Vec<f32>,
+    /// `width * height` pixels.
+    pub pixels: Vec<Hit>,
 }
 
 impl Hits {
-    /// Buffers of a size, all misses.
-    #[must_use]
-    pub fn new(width: usize, height: usize) -> Hits {
-        Hits {
-            width,
-            height,
-            ids: vec![MISS; width * height],
-            t: vec![f32::INFINITY; width * height],
-        }
+    /// Changes the size; the pixels are whatever is left over. Does nothing when the size is the same.
+    pub fn resize(&mut self, width: usize, height: usize) {
+        self.width = width;
+        self.height = height;
+        self.pixels.resize(width * height, Hit::NONE);
     }
 }

@@ -22,6 +22,7 @@ pub mod export;
 pub mod frame;
 pub mod geometry;
 pub mod math;
+pub mod raw;
 pub mod render;
 pub mod report;
 pub mod scene;

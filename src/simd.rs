@@ -1,6 +1,87 @@
 //! The only door to the SIMD crate: which widths there are, lane vectors, missing lane operations.
+//!
+//! A kernel is generic over `S: Lanes`; a value of type `S` is the proof that this CPU has the instructions, so
+//! kernels contain no `unsafe` and no lane count. [`dispatch`](crate::simd::dispatch) turns a [`Kernel`] into such a proof, once a tile.
+//! Functions below it are `#[inline(always)]`: one that is not would be compiled without the wide instructions.
 
-use fearless_simd::{Level, Simd};
+pub use fearless_simd::prelude::*;
+use fearless_simd::{Fallback, Level, f32x4};
+pub use fearless_simd::{Simd, f32x8, i32x8};
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::{f32x16, u8x16};
+
+/// Runs an expression with the proof for a [`Kernel`]: `dispatch!(kernel, simd => work(simd))`.
+///
+/// # Panics
+/// When this CPU lacks the kernel: choose from [`Kernel::available`].
+macro_rules! dispatch {
+    ($kernel:expr, $simd:ident => $work:expr) => {{
+        use fearless_simd::Simd as _;
+        match $crate::simd::Token::of($kernel).expect("a kernel that this CPU has") {
+            $crate::simd::Token::Scalar($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            ),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            $crate::simd::Token::Sse4($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            ),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            $crate::simd::Token::Avx2($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            ),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            $crate::simd::Token::Avx512($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            ),
+        }
+    }};
+}
+pub(crate) use dispatch;
+
+/// The proof that this CPU has the instructions of a [`Kernel`].
+#[derive(Clone, Copy, Debug)]
+pub enum Token {
+    /// [`Kernel::Scalar`]
+    Scalar(Fallback),
+    /// [`Kernel::Sse4`]
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Sse4(fearless_simd::Sse4_2),
+    /// [`Kernel::Avx2`]
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx2(fearless_simd::Avx2),
+    /// [`Kernel::Avx512`]
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx512(fearless_simd::Avx512),
+}
+
+impl Token {
+    /// The proof, or `None` when this CPU lacks the instructions.
+    #[must_use]
+    pub fn of(kernel: Kernel) -> Option<Token> {
+        let level = Level::new();
+        match kernel {
+            Kernel::Scalar => match Level::fallback() {
+                Level::Fallback(token) => Some(Token::Scalar(token)),
+                _ => None,
+            },
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Kernel::Sse4 => level.as_sse4_2().map(Token::Sse4),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Kernel::Avx2 => level.as_avx2().map(Token::Avx2),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Kernel::Avx512 => level.as_avx512().map(Token::Avx512),
+            #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+            _ => {
+                let _ = level;
+                None
+            }
+        }
+    }
+}
 
 /// An instruction set that the kernels can be told to use. Every one of them computes the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -43,18 +124,396 @@ impl Kernel {
     pub fn available() -> Vec<Kernel> {
         Kernel::ALL
             .into_iter()
-            .filter(|k| k.level().is_some())
+            .filter(|&k| Token::of(k).is_some())
             .collect()
     }
+}
 
-    /// The proof that this CPU has the instructions, or `None`.
-    fn level(self) -> Option<Level> {
-        let level = Level::new();
-        match self {
-            Kernel::Scalar => Some(Level::fallback()),
-            Kernel::Sse4 => level.as_sse4_2().map(Simd::level),
-            Kernel::Avx2 => level.as_avx2().map(Simd::level),
-            Kernel::Avx512 => level.as_avx512().map(Simd::level),
+/// Vertices of a leaf in a tile's frame, four numbers each (u, v, w, 1/w), in the order that suits the width:
+/// read and written by [`Lanes`] alone.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct VertexScratch([[f32; 16]; 16]);
+
+impl VertexScratch {
+    /// Zeros.
+    pub const NEW: VertexScratch = VertexScratch([[0.0; 16]; 16]);
+
+    /// Vertex by vertex: 4 vertices a row.
+    #[inline(always)]
+    fn aos(&self, vertex: usize) -> [f32; 4] {
+        let row = &self.0[vertex >> 2 & 15];
+        let at = (vertex & 3) * 4;
+        [row[at], row[at + 1], row[at + 2], row[at + 3]]
+    }
+
+    /// Number by number: a row for each 16 vertices, 4 rows apart for each of the four numbers.
+    #[inline(always)]
+    fn soa(&self, number: usize, chunk: usize) -> &[f32; 16] {
+        &self.0[(number * 4 + chunk) & 15]
+    }
+}
+
+/// The number of lanes of `S`.
+pub const fn lanes<S: Simd>() -> usize {
+    <S::f32s as SimdBase<S>>::LEN
+}
+
+/// The lanes of a mask as bits, lane 0 lowest.
+#[inline(always)]
+pub fn bits<S: Simd>(mask: S::mask32s) -> u32 {
+    mask.to_bitmask() as u32
+}
+
+/// The first lanes of `from`, as many as the width has.
+#[inline(always)]
+pub fn load<S: Simd>(simd: S, from: &[f32], at: usize) -> S::f32s {
+    S::f32s::from_slice(simd, &from[at..at + lanes::<S>()])
+}
+
+/// Writes all lanes to `to[at..]`.
+#[inline(always)]
+pub fn store<S: Simd>(lanes_of: S::f32s, to: &mut [f32], at: usize) {
+    lanes_of.store_slice(&mut to[at..at + lanes::<S>()]);
+}
+
+/// What the SIMD crate has no portable form for.
+pub trait Lanes: Simd {
+    /// Rows of four numbers, one for each lane, as four vectors: `table[index[lane]][k]` in lane `lane` of vector k.
+    ///
+    /// # Panics
+    /// When an index is outside the table, or `index` shorter than the lanes.
+    fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4];
+
+    /// Puts the four numbers of as many vertices as there are lanes, from vertex `first` on (a multiple).
+    fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]);
+
+    /// The four numbers of the vertices `words[lane]` (bytes, 4 a word) for as many lanes as there are, from lane
+    /// `first` on. `chunks`: into how many times 16 vertices they reach.
+    fn corners(
+        self,
+        scratch: &VertexScratch,
+        words: [u32; 4],
+        first: usize,
+        chunks: usize,
+    ) -> [Self::f32s; 4];
+
+    /// The four numbers of one vertex.
+    fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4];
+}
+
+/// Four rows become four columns.
+#[inline(always)]
+fn transpose4<S: Simd>(rows: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
+    let [a, b, c, d] = rows;
+    let (ac0, ac1) = (a.zip_low(c), a.zip_high(c));
+    let (bd0, bd1) = (b.zip_low(d), b.zip_high(d));
+    [
+        ac0.zip_low(bd0),
+        ac0.zip_high(bd0),
+        ac1.zip_low(bd1),
+        ac1.zip_high(bd1),
+    ]
+}
+
+/// Byte `i` of 16 bytes in four words.
+#[inline(always)]
+fn byte(words: [u32; 4], i: usize) -> usize {
+    (words[i >> 2 & 3] >> (8 * (i & 3)) & 63) as usize
+}
+
+macro_rules! four_lanes {
+    ($($token:ty),*) => {$(
+        impl Lanes for $token {
+            #[inline(always)]
+            fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+                macro_rules! row {
+                    ($lane:expr) => {
+                        f32x4::load_array(self, table[index[$lane] as usize])
+                    };
+                }
+                transpose4([row!(0), row!(1), row!(2), row!(3)])
+            }
+
+            #[inline(always)]
+            fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
+                let row = &mut scratch.0[first >> 2 & 15];
+                for (to, from) in row.chunks_exact_mut(4).zip(transpose4(numbers)) {
+                    from.store_slice(to);
+                }
+            }
+
+            #[inline(always)]
+            fn corners(self, scratch: &VertexScratch, words: [u32; 4], first: usize, _: usize) -> [Self::f32s; 4] {
+                macro_rules! row {
+                    ($lane:expr) => {
+                        f32x4::load_array(self, scratch.aos(byte(words, first + $lane)))
+                    };
+                }
+                transpose4([row!(0), row!(1), row!(2), row!(3)])
+            }
+
+            #[inline(always)]
+            fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
+                scratch.aos(vertex)
+            }
+        }
+    )*};
+}
+
+four_lanes!(Fallback);
+#[cfg(target_arch = "aarch64")]
+four_lanes!(fearless_simd::Neon);
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+four_lanes!(fearless_simd::WasmSimd128);
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+mod x86 {
+    use fearless_simd::{Avx2, Avx512, Sse2, Sse4_2, kernel};
+    #[cfg(target_arch = "x86")]
+    use std::arch::x86::*;
+    #[cfg(target_arch = "x86_64")]
+    use std::arch::x86_64::*;
+
+    use super::*;
+
+    four_lanes!(Sse2, Sse4_2);
+
+    kernel!(
+        /// Rows of 8 lanes as four columns.
+        #[inline(always)]
+        fn transpose8(token: Avx2, rows: [f32x4<Avx2>; 8]) -> [f32x8<Avx2>; 4] {
+            macro_rules! pair {
+                ($i:expr) => {
+                    _mm256_set_m128(rows[$i + 4].into(), rows[$i].into())
+                };
+            }
+            let (a, b, c, d) = (pair!(0), pair!(1), pair!(2), pair!(3));
+            let (ab0, ab1) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd0, cd1) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0x44>(ab0, cd0).simd_into(token),
+                _mm256_shuffle_ps::<0xee>(ab0, cd0).simd_into(token),
+                _mm256_shuffle_ps::<0x44>(ab1, cd1).simd_into(token),
+                _mm256_shuffle_ps::<0xee>(ab1, cd1).simd_into(token),
+            ]
+        }
+    );
+
+    kernel!(
+        /// Four columns of 8 lanes as 8 rows, two a vector.
+        #[inline(always)]
+        fn rows8(token: Avx2, columns: [f32x8<Avx2>; 4]) -> [f32x8<Avx2>; 4] {
+            let [a, b, c, d] = columns.map(|v| -> __m256 { v.into() });
+            let (ab0, ab1) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd0, cd1) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            let (r0, r1) = (
+                _mm256_shuffle_ps::<0x44>(ab0, cd0),
+                _mm256_shuffle_ps::<0xee>(ab0, cd0),
+            );
+            let (r2, r3) = (
+                _mm256_shuffle_ps::<0x44>(ab1, cd1),
+                _mm256_shuffle_ps::<0xee>(ab1, cd1),
+            );
+            [
+                _mm256_permute2f128_ps::<0x20>(r0, r1).simd_into(token),
+                _mm256_permute2f128_ps::<0x20>(r2, r3).simd_into(token),
+                _mm256_permute2f128_ps::<0x31>(r0, r1).simd_into(token),
+                _mm256_permute2f128_ps::<0x31>(r2, r3).simd_into(token),
+            ]
+        }
+    );
+
+    impl Lanes for Avx2 {
+        #[inline(always)]
+        fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+            macro_rules! row {
+                ($lane:expr) => {
+                    f32x4::load_array(self, table[index[$lane] as usize])
+                };
+            }
+            transpose8(
+                self,
+                [
+                    row!(0),
+                    row!(1),
+                    row!(2),
+                    row!(3),
+                    row!(4),
+                    row!(5),
+                    row!(6),
+                    row!(7),
+                ],
+            )
+        }
+
+        #[inline(always)]
+        fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
+            let [a, b, c, d] = rows8(self, numbers);
+            let at = first >> 2 & 14;
+            a.store_slice(&mut scratch.0[at][..8]);
+            b.store_slice(&mut scratch.0[at][8..]);
+            c.store_slice(&mut scratch.0[at + 1][..8]);
+            d.store_slice(&mut scratch.0[at + 1][8..]);
+        }
+
+        #[inline(always)]
+        fn corners(
+            self,
+            scratch: &VertexScratch,
+            words: [u32; 4],
+            first: usize,
+            _: usize,
+        ) -> [Self::f32s; 4] {
+            macro_rules! row {
+                ($lane:expr) => {
+                    f32x4::load_array(self, scratch.aos(byte(words, first + $lane)))
+                };
+            }
+            transpose8(
+                self,
+                [
+                    row!(0),
+                    row!(1),
+                    row!(2),
+                    row!(3),
+                    row!(4),
+                    row!(5),
+                    row!(6),
+                    row!(7),
+                ],
+            )
+        }
+
+        #[inline(always)]
+        fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
+            scratch.aos(vertex)
+        }
+    }
+
+    kernel!(
+        /// Rows of 16 lanes as four columns.
+        #[inline(always)]
+        fn transpose16(token: Avx512, rows: [f32x4<Avx512>; 16]) -> [f32x16<Avx512>; 4] {
+            macro_rules! four {
+                ($i:expr) => {{
+                    let v = _mm512_castps128_ps512(rows[$i].into());
+                    let v = _mm512_insertf32x4::<1>(v, rows[$i + 4].into());
+                    let v = _mm512_insertf32x4::<2>(v, rows[$i + 8].into());
+                    _mm512_insertf32x4::<3>(v, rows[$i + 12].into())
+                }};
+            }
+            let (a, b, c, d) = (four!(0), four!(1), four!(2), four!(3));
+            let (ab0, ab1) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let (cd0, cd1) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+            [
+                _mm512_shuffle_ps::<0x44>(ab0, cd0).simd_into(token),
+                _mm512_shuffle_ps::<0xee>(ab0, cd0).simd_into(token),
+                _mm512_shuffle_ps::<0x44>(ab1, cd1).simd_into(token),
+                _mm512_shuffle_ps::<0xee>(ab1, cd1).simd_into(token),
+            ]
+        }
+    );
+
+    kernel!(
+        /// `table[index]` for 16 lanes out of 16 numbers.
+        #[inline(always)]
+        fn permute16(token: Avx512, table: f32x16<Avx512>, index: u8x16<Avx512>) -> f32x16<Avx512> {
+            _mm512_permutexvar_ps(_mm512_cvtepu8_epi32(index.into()), table.into()).simd_into(token)
+        }
+    );
+
+    kernel!(
+        /// `table[index]` for 16 lanes out of 48 numbers.
+        #[inline(always)]
+        fn permute48(
+            token: Avx512,
+            table: [f32x16<Avx512>; 3],
+            index: u8x16<Avx512>,
+        ) -> f32x16<Avx512> {
+            let index = _mm512_cvtepu8_epi32(index.into());
+            let low = _mm512_permutex2var_ps(table[0].into(), index, table[1].into());
+            let third = _mm512_cmpge_epi32_mask(index, _mm512_set1_epi32(32));
+            _mm512_mask_permutexvar_ps(low, third, index, table[2].into()).simd_into(token)
+        }
+    );
+
+    impl Lanes for Avx512 {
+        #[inline(always)]
+        fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+            macro_rules! row {
+                ($lane:expr) => {
+                    f32x4::load_array(self, table[index[$lane] as usize])
+                };
+            }
+            transpose16(
+                self,
+                [
+                    row!(0),
+                    row!(1),
+                    row!(2),
+                    row!(3),
+                    row!(4),
+                    row!(5),
+                    row!(6),
+                    row!(7),
+                    row!(8),
+                    row!(9),
+                    row!(10),
+                    row!(11),
+                    row!(12),
+                    row!(13),
+                    row!(14),
+                    row!(15),
+                ],
+            )
+        }
+
+        #[inline(always)]
+        fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
+            for (i, v) in numbers.into_iter().enumerate() {
+                v.store_slice(&mut scratch.0[(i * 4 + (first >> 4)) & 15]);
+            }
+        }
+
+        #[inline(always)]
+        fn corners(
+            self,
+            scratch: &VertexScratch,
+            words: [u32; 4],
+            _: usize,
+            chunks: usize,
+        ) -> [Self::f32s; 4] {
+            let index: u8x16<Avx512> = fearless_simd::u32x4::load_array(self, words).bitcast();
+            macro_rules! row {
+                ($number:expr, $chunk:expr) => {
+                    f32x16::load_array_ref(self, scratch.soa($number, $chunk))
+                };
+            }
+            if chunks == 1 {
+                macro_rules! column {
+                    ($number:expr) => {
+                        permute16(self, row!($number, 0), index)
+                    };
+                }
+                [column!(0), column!(1), column!(2), column!(3)]
+            } else {
+                macro_rules! column {
+                    ($number:expr) => {
+                        permute48(
+                            self,
+                            [row!($number, 0), row!($number, 1), row!($number, 2)],
+                            index,
+                        )
+                    };
+                }
+                [column!(0), column!(1), column!(2), column!(3)]
+            }
+        }
+
+        #[inline(always)]
+        fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
+            [0, 1, 2, 3].map(|number| scratch.soa(number, vertex >> 4)[vertex & 15])
         }
     }
 }

@@ -219,10 +219,12 @@ fn still_view(args: &BenchArgs, scene: &Scene, world: &World) -> View {
 fn hits_hash(hits: &Hits) -> String {
     let mut hasher = Hasher::default();
     let mut bytes = Vec::new();
-    for (ids, ts) in hits.ids.chunks(4096).zip(hits.t.chunks(4096)) {
+    for hits in hits.pixels.chunks(4096) {
         bytes.clear();
-        bytes.extend(ids.iter().flat_map(|id| id.to_le_bytes()));
-        bytes.extend(ts.iter().flat_map(|t| t.to_le_bytes()));
+        for hit in hits {
+            bytes.extend(hit.id.to_le_bytes());
+            bytes.extend(hit.t.to_le_bytes());
+        }
         hasher.update(&bytes);
     }
     hasher.finish()
@@ -308,9 +310,10 @@ mod tests {
 
     #[test]
     fn hits_that_differ_in_one_distance_hash_differently() {
-        let mut hits = Hits::new(3, 2);
+        let mut hits = Hits::default();
+        hits.resize(3, 2);
         let before = hits_hash(&hits);
-        hits.t[5] = 1.0;
+        hits.pixels[5].t = 1.0;
         assert_ne!(hits_hash(&hits), before);
     }
 }

@@ -8,11 +8,12 @@ use super::args::InfoArgs;
 use super::console::print;
 use super::exit::{Failure, Outcome};
 use super::load::{Source, renderer};
+use crate::bvh::BvhStats;
 use crate::camera::{Camera, Pivot};
 use crate::geometry::Aabb;
 use crate::scene::{Axis, CameraSetting, Scene};
 use crate::timeline::{Timing, camera_at};
-use crate::world::{BvhStats, World};
+use crate::world::World;
 
 /// Prints the facts.
 ///

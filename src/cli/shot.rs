@@ -71,6 +71,7 @@ impl<'a> Shooter<'a> {
         hash: bool,
     ) -> Result<Option<String>, Failure> {
         let Stage {
+            scene,
             world,
             renderer,
             settings,
@@ -89,7 +90,7 @@ impl<'a> Shooter<'a> {
             let contents = match (numbers, settings.mode) {
                 (true, ViewMode::Id) => Contents::Ids(&self.hits),
                 (true, ViewMode::Depth) => Contents::Depth(&self.hits, view),
-                (true, ViewMode::Normal) => Contents::Normals(&self.hits, view, world),
+                (true, ViewMode::Normal) => Contents::Normals(&self.hits, view, &scene.triangles),
                 _ => Contents::Picture(&self.frame),
             };
             save(path, format, contents, self.progress)?;

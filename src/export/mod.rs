@@ -14,7 +14,7 @@ use std::path::Path;
 
 use crate::camera::View;
 use crate::frame::{Frame, Hits};
-use crate::world::World;
+use crate::scene::Triangle;
 
 pub use atomic::{is_regular, when_no_file_is_open, write_whole};
 pub use hash::{Hasher, picture_hash};
@@ -63,8 +63,8 @@ pub enum Contents<'a> {
     Ids(&'a Hits),
     /// The distance from the eye to each pixel's hit: NPY.
     Depth(&'a Hits, &'a View),
-    /// The normal of each pixel's triangle: NPY.
-    Normals(&'a Hits, &'a View, &'a World),
+    /// The normal of each pixel's triangle, which is one of these (all of the file's): NPY.
+    Normals(&'a Hits, &'a View, &'a [Triangle]),
 }
 
 impl Contents<'_> {
@@ -79,8 +79,8 @@ impl Contents<'_> {
             (Format::Npy, Contents::Picture(frame)) => npy::write_colors(frame, out),
             (Format::Npy, Contents::Ids(hits)) => npy::write_ids(hits, out),
             (Format::Npy, Contents::Depth(hits, view)) => npy::write_depth(hits, view, out),
-            (Format::Npy, Contents::Normals(hits, view, world)) => {
-                npy::write_normals(hits, view, world, out)
+            (Format::Npy, Contents::Normals(hits, view, triangles)) => {
+                npy::write_normals(hits, view, triangles, out)
             }
             _ => Err(io::Error::new(
                 io::ErrorKind::Unsupported,

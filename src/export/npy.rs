@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
-use glam::Vec3;
+use glam::DVec3;
 
 use super::for_each_rgb_row;
 use crate::camera::View;
-use crate::frame::{Frame, Hits, MISS};
-use crate::world::World;
+use crate::frame::{Frame, Hit, Hits, MISS};
+use crate::geometry::unit_normal;
+use crate::scene::Triangle;
 
 /// Header and data are apart by a multiple of this, as NumPy's own writer does it.
 const ALIGNMENT: usize = 64;
@@ -15,27 +16,31 @@ const ALIGNMENT: usize = 64;
 /// `<u4`, H x W: triangle numbers, 0xffffffff for a miss.
 pub(super) fn write_ids(hits: &Hits, out: &mut dyn Write) -> io::Result<()> {
     write_header(out, "<u4", &[hits.height, hits.width])?;
-    write_rows(hits, out, |_, _, id, _, row| row.extend(id.to_le_bytes()))
+    write_rows(hits, out, |_, _, hit, row| row.extend(hit.id.to_le_bytes()))
 }
 
 /// `<f4`, H x W: distance from the eye along the ray in the scene's units, infinite for a miss.
 pub(super) fn write_depth(hits: &Hits, view: &View, out: &mut dyn Write) -> io::Result<()> {
     write_header(out, "<f4", &[hits.height, hits.width])?;
-    write_rows(hits, out, |x, y, id, t, row| {
-        row.extend(distance(id, t, view, x, y).to_le_bytes());
+    write_rows(hits, out, |x, y, hit, row| {
+        row.extend(distance(hit, view.direction(x, y)).to_le_bytes());
     })
 }
 
-/// `<f4`, H x W x 3: unit normals on the side turned to the eye, 0 for a miss.
+/// `<f4`, H x W x 3: unit normals on the side turned to the eye, 0 for a miss. `triangles` are all of the file's.
 pub(super) fn write_normals(
     hits: &Hits,
     view: &View,
-    world: &World,
+    triangles: &[Triangle],
     out: &mut dyn Write,
 ) -> io::Result<()> {
     write_header(out, "<f4", &[hits.height, hits.width, 3])?;
-    write_rows(hits, out, |x, y, id, _, row| {
-        for c in normal_to_eye(id, view, world, x, y).to_array() {
+    write_rows(hits, out, |x, y, hit, row| {
+        let normal = match hit.id {
+            MISS => DVec3::ZERO,
+            id => normal_to_eye(&triangles[id as usize], view.direction(x, y)),
+        };
+        for c in normal.as_vec3().to_array() {
             row.extend(c.to_le_bytes());
         }
     })
@@ -47,40 +52,37 @@ pub(super) fn write_colors(frame: &Frame, out: &mut dyn Write) -> io::Result<()>
     for_each_rgb_row(frame, |row| out.write_all(row))
 }
 
-/// `t` counts in lengths of the pixel's direction.
-fn distance(id: u32, t: f32, view: &View, x: usize, y: usize) -> f32 {
-    if id == MISS {
+/// `t` counts in lengths of the pixel's `direction`.
+fn distance(hit: Hit, direction: DVec3) -> f32 {
+    if hit.id == MISS {
         return f32::INFINITY;
     }
-    let distance = f64::from(t) * view.direction(x, y).length();
+    let distance = f64::from(hit.t) * direction.length();
     // Too far for f32 is still a hit: infinity means a miss.
     (distance as f32).min(f32::MAX)
 }
 
-fn normal_to_eye(id: u32, view: &View, world: &World, x: usize, y: usize) -> Vec3 {
-    if id == MISS {
-        return Vec3::ZERO;
-    }
-    let normal = world.unit_normal(id);
-    if normal.as_dvec3().dot(view.direction(x, y)) > 0.0 {
-        -normal
+fn normal_to_eye(triangle: &Triangle, direction: DVec3) -> DVec3 {
+    let normal = unit_normal(&triangle.corners);
+    if normal.dot(direction) > 0.0 {
+        // Not `-normal`: 0 stays +0.
+        DVec3::ZERO - normal
     } else {
         normal
     }
 }
 
-/// Calls `put(x, y, id, t, bytes)` for every pixel; what it appends is written, a row at a time.
+/// Calls `put(x, y, hit, bytes)` for every pixel; what it appends is written, a row at a time.
 fn write_rows(
     hits: &Hits,
     out: &mut dyn Write,
-    put: impl Fn(usize, usize, u32, f32, &mut Vec<u8>),
+    put: impl Fn(usize, usize, Hit, &mut Vec<u8>),
 ) -> io::Result<()> {
     let mut row = Vec::new();
-    let rows = hits.ids.chunks_exact(hits.width);
-    for (y, (ids, ts)) in rows.zip(hits.t.chunks_exact(hits.width)).enumerate() {
+    for (y, pixels) in hits.pixels.chunks_exact(hits.width).enumerate() {
         row.clear();
-        for (x, (&id, &t)) in ids.iter().zip(ts).enumerate() {
-            put(x, y, id, t, &mut row);
+        for (x, &hit) in pixels.iter().enumerate() {
+            put(x, y, hit, &mut row);
         }
         out.write_all(&row)?;
     }
@@ -123,8 +125,7 @@ mod tests {
         let hits = Hits {
             width: 2,
             height: 1,
-            ids: vec![7, MISS],
-            t: vec![2.0, f32::INFINITY],
+            pixels: vec![Hit { id: 7, t: 2.0 }, Hit::NONE],
         };
         let mut file = Vec::new();
         write_ids(&hits, &mut file).unwrap();

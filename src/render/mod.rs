@@ -2,12 +2,20 @@
 //!
 //! The window and the files get their pictures from the same [`Renderer`], so they are the same bits.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use crate::bvh::Bvh;
 use crate::camera::View;
-use crate::frame::{Frame, Hits};
+use crate::frame::{Frame, Hit, Hits, MISS};
+use crate::raw::{PlaneTile, TiledPlane};
+use crate::report::ReportTracer;
+use crate::shade::Shader;
+pub use crate::shade::{Reflection, ViewMode};
 use crate::simd::Kernel;
+use crate::trace::tile::pixel_offset;
+use crate::trace::{Rig, TILE, Tile, TileSpace, Tracer, brute};
 use crate::world::World;
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
@@ -20,32 +28,6 @@ pub enum Engine {
     Brute,
     /// The original report's method as printed.
     Report,
-}
-
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum ViewMode {
-    /// The reflection method.
-    #[default]
-    Shaded,
-    /// A colour for each triangle's number.
-    Id,
-    /// The side turned to the eye.
-    Normal,
-    /// Near is bright.
-    Depth,
-    /// Tests per 4x4 pixels; may differ between kernels.
-    Cost,
-}
-
-/// Which formula the `Shaded` view uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Reflection {
-    /// The mirror image that the report's figure shows.
-    #[default]
-    Mirror,
-    /// The formula that the report prints.
-    AsPrinted,
 }
 
 /// What to render and how.
@@ -98,6 +80,11 @@ impl Progress {
         self.cancelled.load(Ordering::Relaxed)
     }
 
+    fn start(&self, tiles: usize) {
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(tiles, Ordering::Relaxed);
+    }
+
     /// Tiles done and tiles in all (0 of 0 before the start).
     #[must_use]
     pub fn tiles(&self) -> (usize, usize) {
@@ -127,6 +114,8 @@ pub struct RenderStats {
 #[derive(Debug)]
 pub struct Renderer {
     pool: rayon::ThreadPool,
+    /// One for each thread; a thread only ever locks its own.
+    tracers: Vec<Mutex<Tracer>>,
 }
 
 impl Renderer {
@@ -138,7 +127,10 @@ impl Renderer {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()?;
-        Ok(Renderer { pool })
+        let tracers = (0..pool.current_num_threads())
+            .map(|_| Mutex::default())
+            .collect();
+        Ok(Renderer { pool, tracers })
     }
 
     /// How many threads it has.
@@ -164,14 +156,24 @@ impl Renderer {
         frame: &mut Frame,
         progress: &Progress,
     ) -> Result<RenderStats, Cancelled> {
-        let _ = (world, settings, progress);
         frame.resize(view.width, view.height);
-        for (i, p) in frame.pixels.iter_mut().enumerate() {
-            let d = view.direction(i % view.width, i / view.width).normalize();
-            let c = ((d * 0.5 + 0.5) * 255.0).to_array().map(|v| v as u32);
-            *p = c[0] << 16 | c[1] << 8 | c[2];
-        }
-        Ok(RenderStats::default())
+        let engine = EngineAtWork::new(world, view, settings.engine);
+        let shader = Shader::new(
+            world,
+            view,
+            settings.kernel,
+            settings.mode,
+            settings.reflection,
+            engine.t_per_w(),
+        );
+        let count_cost = settings.mode == ViewMode::Cost;
+        let plane = TiledPlane::new(&mut frame.pixels, view.width, view.height, TILE);
+        self.each_tile(&plane, progress, |tracer, out, clock| {
+            engine.trace(tracer, settings.kernel, out.x, out.y, count_cost);
+            clock.traced();
+            shader.shade(&tracer.tile, out);
+            clock.shaded();
+        })
     }
 
     /// Traces one ray a pixel into `hits`, which takes the view's size: no shading.
@@ -187,8 +189,166 @@ impl Renderer {
         hits: &mut Hits,
         progress: &Progress,
     ) -> Result<RenderStats, Cancelled> {
-        let _ = (world, engine, kernel, progress);
-        *hits = Hits::new(view.width, view.height);
-        Ok(RenderStats::default())
+        hits.resize(view.width, view.height);
+        let engine = EngineAtWork::new(world, view, engine);
+        let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
+        self.each_tile(&plane, progress, |tracer, out, clock| {
+            engine.trace(tracer, kernel, out.x, out.y, false);
+            write_hits(&tracer.tile, &world.bvh().file_ids, engine.t_per_w(), out);
+            clock.traced();
+        })
+    }
+
+    /// Does `work` for every tile of `plane`: one parallel section, each thread taking the next free tile.
+    fn each_tile<T: Send>(
+        &self,
+        plane: &TiledPlane<'_, T>,
+        progress: &Progress,
+        work: impl Fn(&mut Tracer, &mut PlaneTile<'_, T>, &mut Clock) + Sync,
+    ) -> Result<RenderStats, Cancelled> {
+        let start = Instant::now();
+        progress.start(plane.count());
+        let clocks = self.pool.broadcast(|thread| {
+            let mut tracer = self.tracers[thread.index()]
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut clock = Clock::start();
+            while !progress.is_cancelled()
+                && let Some(mut out) = plane.next()
+            {
+                work(&mut tracer, &mut out, &mut clock);
+                progress.done.fetch_add(1, Ordering::Relaxed);
+            }
+            clock
+        });
+        if progress.is_cancelled() && progress.tiles().0 < plane.count() {
+            return Err(Cancelled);
+        }
+        let threads = clocks.len() as u32;
+        let sum =
+            |part: fn(&Clock) -> Duration| clocks.iter().map(part).sum::<Duration>() / threads;
+        Ok(RenderStats {
+            total: start.elapsed(),
+            trace: sum(|c| c.trace),
+            shade: sum(|c| c.shade),
+        })
+    }
+}
+
+/// Adds up what a thread spends its time on.
+struct Clock {
+    last: Instant,
+    trace: Duration,
+    shade: Duration,
+}
+
+impl Clock {
+    fn start() -> Clock {
+        Clock {
+            last: Instant::now(),
+            trace: Duration::ZERO,
+            shade: Duration::ZERO,
+        }
+    }
+
+    fn lap(&mut self) -> Duration {
+        let now = Instant::now();
+        now - std::mem::replace(&mut self.last, now)
+    }
+
+    fn traced(&mut self) {
+        let lap = self.lap();
+        self.trace += lap;
+    }
+
+    fn shaded(&mut self) {
+        let lap = self.lap();
+        self.shade += lap;
+    }
+}
+
+/// An engine ready for one picture.
+struct EngineAtWork<'a> {
+    bvh: &'a Bvh,
+    view: &'a View,
+    rig: Rig,
+    kind: Kind<'a>,
+}
+
+enum Kind<'a> {
+    Fast,
+    Brute(&'a [[glam::Vec3; 3]]),
+    Report(ReportTracer),
+}
+
+impl<'a> EngineAtWork<'a> {
+    fn new(world: &'a World, view: &'a View, engine: Engine) -> EngineAtWork<'a> {
+        EngineAtWork {
+            bvh: world.bvh(),
+            view,
+            rig: Rig::new(view, world.bvh().bounds),
+            kind: match engine {
+                Engine::Fast => Kind::Fast,
+                Engine::Brute => Kind::Brute(world.corners()),
+                Engine::Report => Kind::Report(ReportTracer::new(world.corners())),
+            },
+        }
+    }
+
+    fn t_per_w(&self) -> f32 {
+        self.rig.t_per_w()
+    }
+
+    /// Fills the tracer's tile with the hits of the tile whose first pixel is (`x`, `y`).
+    fn trace(&self, tracer: &mut Tracer, kernel: Kernel, x: usize, y: usize, count_cost: bool) {
+        match &self.kind {
+            Kind::Fast if count_cost => {
+                tracer.trace::<true>(kernel, self.bvh, &self.rig.tile(x, y));
+            }
+            Kind::Fast => {
+                tracer.trace::<false>(kernel, self.bvh, &self.rig.tile(x, y));
+            }
+            Kind::Brute(corners) => {
+                tracer.tile.clear();
+                let space: TileSpace = self.rig.tile(x, y);
+                brute::trace(corners, &self.bvh.file_ids, &space, &mut tracer.tile);
+            }
+            Kind::Report(report) => {
+                tracer.tile.clear();
+                self.report_tile(report, &mut tracer.tile, x, y);
+            }
+        }
+    }
+
+    fn report_tile(&self, report: &ReportTracer, tile: &mut Tile, x0: usize, y0: usize) {
+        let ids = &self.bvh.file_ids;
+        for y in y0..self.view.height.min(y0 + TILE) {
+            for x in x0..self.view.width.min(x0 + TILE) {
+                if let Some(hit) = report.trace(self.view, x, y, ids) {
+                    let at = pixel_offset(x - x0, y - y0);
+                    tile.z[at] = (f64::from(self.t_per_w()) / hit.t) as f32;
+                    tile.id[at] = hit.index;
+                }
+            }
+        }
+        tile.cost.fill(u32::try_from(ids.len()).unwrap_or(u32::MAX));
+    }
+}
+
+/// Writes the hits of a tile to the plane, with the file's numbers.
+fn write_hits(tile: &Tile, file_ids: &[u32], t_per_w: f32, out: &mut PlaneTile<'_, Hit>) {
+    for y in 0..out.height {
+        for (x, hit) in out.row(y).iter_mut().enumerate() {
+            let at = pixel_offset(x, y);
+            let id = tile.id[at];
+            *hit = if id == MISS {
+                Hit::NONE
+            } else {
+                Hit {
+                    id: file_ids[id as usize],
+                    t: (1.0 / tile.z[at]) * t_per_w,
+                }
+            };
+        }
     }
 }

@@ -1,1 +1,19 @@
-//! Which triangle each pixel's ray hits.
+//! Which triangle each pixel's ray hits, and how far away: one tile of 64x64 pixels at a time.
+//!
+//! What counts as a hit is exact arithmetic in the tile's own frame ([`space`], [`exact`]); how near it is, a fixed
+//! sequence of `f32` operations ([`depth`]). So every engine, width and thread count gives the same bits, and the
+//! kernels are free in how they find out.
+
+pub mod brute;
+mod coverage;
+pub mod depth;
+pub mod exact;
+mod frustum;
+mod leaf;
+pub mod space;
+pub mod tile;
+mod walk;
+
+pub use space::{Rig, TILE, TileSpace};
+pub use tile::Tile;
+pub use walk::Tracer;

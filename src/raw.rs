@@ -1,0 +1,166 @@
+//! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
+//!
+//! Prefetching, and pictures whose tiles are written by several threads at once. Both have a safe face.
+#![allow(unsafe_code)]
+
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Asks for the 64-byte cache line number `line` behind the start of element `index` of `slice`. A hint: any index
+/// is allowed.
+#[inline(always)]
+pub fn prefetch<T>(slice: &[T], index: usize, line: usize) {
+    let address = slice
+        .as_ptr()
+        .wrapping_add(index)
+        .cast::<u8>()
+        .wrapping_add(64 * line);
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a prefetch reads nothing that the program can see and never faults, whatever the address; SSE, its
+    // instruction set, is part of every x86-64.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(address.cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = address;
+}
+
+/// A plane of pixels that is handed out tile by tile, each tile once, to any number of threads.
+///
+/// Rows of a tile are ordinary slices; a safe form would have to cut the plane into one slice for every row of
+/// every tile, which takes longer than filling it.
+#[derive(Debug)]
+pub struct TiledPlane<'a, T> {
+    first: *mut T,
+    width: usize,
+    height: usize,
+    tile: usize,
+    next: AtomicUsize,
+    plane: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: a shared plane gives access to its pixels only through `next`, which hands every tile to one caller
+// alone; tiles do not overlap. So threads never reach the same pixel, and sending a `T` between them is enough.
+unsafe impl<T: Send> Sync for TiledPlane<'_, T> {}
+// SAFETY: as for the `&mut [T]` that it stands for.
+unsafe impl<T: Send> Send for TiledPlane<'_, T> {}
+
+/// One tile of a [`TiledPlane`]: the part of it that lies inside the plane.
+#[derive(Debug)]
+pub struct PlaneTile<'a, T> {
+    first: *mut T,
+    stride: usize,
+    /// Column of the tile's first pixel.
+    pub x: usize,
+    /// Row of the tile's first pixel.
+    pub y: usize,
+    /// Pixels a row, at least 1.
+    pub width: usize,
+    /// Rows, at least 1.
+    pub height: usize,
+    plane: PhantomData<&'a mut [T]>,
+}
+
+impl<'a, T> TiledPlane<'a, T> {
+    /// `plane` has `width * height` pixels, row by row; tiles measure `tile` pixels each way.
+    ///
+    /// # Panics
+    /// When the sizes do not fit together.
+    pub fn new(plane: &'a mut [T], width: usize, height: usize, tile: usize) -> TiledPlane<'a, T> {
+        assert_eq!(
+            width.checked_mul(height),
+            Some(plane.len()),
+            "plane and size differ"
+        );
+        assert!(tile > 0, "a tile has a size");
+        TiledPlane {
+            first: plane.as_mut_ptr(),
+            width,
+            height,
+            tile,
+            next: AtomicUsize::new(0),
+            plane: PhantomData,
+        }
+    }
+
+    /// How many tiles there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.width.div_ceil(self.tile) * self.height.div_ceil(self.tile)
+    }
+
+    /// The next tile that nobody has taken yet, row by row; `None` when all are taken.
+    pub fn next(&self) -> Option<PlaneTile<'a, T>> {
+        let index = self.next.fetch_add(1, Ordering::Relaxed);
+        // Stops the counter from wrapping round to tiles that are taken: a thread adds at most one too many.
+        if index >= self.count() {
+            self.next.fetch_sub(1, Ordering::Relaxed);
+            return None;
+        }
+        let columns = self.width.div_ceil(self.tile);
+        let (x, y) = (index % columns * self.tile, index / columns * self.tile);
+        Some(PlaneTile {
+            // SAFETY: index < count, so x < width and y < height: the pixel is inside the plane.
+            first: unsafe { self.first.add(y * self.width + x) },
+            stride: self.width,
+            x,
+            y,
+            width: self.tile.min(self.width - x),
+            height: self.tile.min(self.height - y),
+            plane: PhantomData,
+        })
+    }
+}
+
+impl<T> PlaneTile<'_, T> {
+    /// Row `row` of the tile, `width` pixels.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    #[inline(always)]
+    pub fn row(&mut self, row: usize) -> &mut [T] {
+        assert!(row < self.height, "no such row");
+        // SAFETY: `row < height` and `width` keep inside the tile, the tile lies inside the plane, which is
+        // borrowed for `'a`; no one else has this tile, and `&mut self` keeps its rows from being lent twice.
+        unsafe { std::slice::from_raw_parts_mut(self.first.add(row * self.stride), self.width) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_is_in_exactly_one_tile() {
+        for (w, h, size) in [
+            (130, 65, 64),
+            (64, 64, 64),
+            (1, 1, 64),
+            (7, 5, 2),
+            (0, 3, 4),
+        ] {
+            let mut plane = vec![0u8; w * h];
+            let tiles = TiledPlane::new(&mut plane, w, h, size);
+            std::thread::scope(|s| {
+                for _ in 0..3 {
+                    s.spawn(|| {
+                        while let Some(mut tile) = tiles.next() {
+                            for y in 0..tile.height {
+                                tile.row(y).iter_mut().for_each(|p| *p += 1);
+                            }
+                        }
+                    });
+                }
+            });
+            assert!(tiles.next().is_none());
+            assert!(plane.iter().all(|&p| p == 1), "{w}x{h} in tiles of {size}");
+        }
+    }
+
+    #[test]
+    fn prefetching_beyond_the_end_is_harmless() {
+        prefetch(&[1u8, 2], usize::MAX / 2, 3);
+        prefetch::<u64>(&[], 0, 0);
+    }
+}

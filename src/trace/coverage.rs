@@ -1,0 +1,201 @@
+//! One triangle over one 4x4 block of pixels: the innermost loop.
+//!
+//! An edge function is `f32` and has a rounding error of at most δ; its coefficients come with δ added. So a negative
+//! value means outside, one of at least 2δ means inside, and between the two (about one pixel in ten thousand along
+//! an edge) the exact test is asked. Equal distances are as rare: both go to one cold function.
+
+use super::exact::{self, PixelRay};
+use super::space::Uvw;
+use super::tile::{BLOCKS, TABLES, Tile};
+use crate::bvh::Leaf;
+use crate::simd::{Lanes, Select, SimdBase, SimdMask, VertexScratch, lanes, load, store};
+
+/// Rows of [`Setup`]: three edges of three coefficients, then these.
+pub const DEPTH: usize = 9;
+/// Row of the smallest 1/w.
+pub const LOW: usize = 12;
+/// Row of the largest 1/w.
+pub const HIGH: usize = 13;
+/// Row of twice the largest δ of the edges.
+pub const SURE: usize = 14;
+
+/// Coefficients of up to 16 triangles, a lane each.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct Setup(pub [[f32; 16]; 16]);
+
+/// The triangle that a block is tested against, for the cold paths.
+#[derive(Clone, Copy)]
+pub struct Candidate<'a> {
+    /// Its number in leaf order.
+    pub id: u32,
+    /// Its place in the leaf.
+    pub place: usize,
+    /// The leaf.
+    pub leaf: Leaf<'a>,
+    /// The leaf's vertices in the tile's frame.
+    pub vertices: &'a VertexScratch,
+    /// The file's numbers, for ties.
+    pub file_ids: &'a [u32],
+}
+
+impl Candidate<'_> {
+    /// The corners in the tile's frame.
+    pub fn corners<S: Lanes>(&self, simd: S) -> [Uvw; 3] {
+        [0, 1, 2].map(|corner| {
+            let [u, v, w, _] = simd.vertex(self.vertices, self.leaf.vertex_of(corner, self.place));
+            Uvw { u, v, w }
+        })
+    }
+}
+
+/// One triangle's coefficients in every lane.
+#[derive(Clone, Copy)]
+pub struct Broadcast<S: Lanes> {
+    edges: [[S::f32s; 3]; 3],
+    depth: [S::f32s; 3],
+    low: S::f32s,
+    high: S::f32s,
+    sure: S::f32s,
+    id: S::u32s,
+}
+
+impl<S: Lanes> Broadcast<S> {
+    /// Lane `lane` of `setup`.
+    #[inline(always)]
+    pub fn new(simd: S, setup: &Setup, lane: usize, id: u32) -> Broadcast<S> {
+        let lane = lane & 15;
+        macro_rules! row {
+            ($i:expr) => {
+                S::f32s::splat(simd, setup.0[$i][lane])
+            };
+        }
+        Broadcast {
+            edges: [
+                [row!(0), row!(1), row!(2)],
+                [row!(3), row!(4), row!(5)],
+                [row!(6), row!(7), row!(8)],
+            ],
+            depth: [row!(DEPTH), row!(DEPTH + 1), row!(DEPTH + 2)],
+            low: row!(LOW),
+            high: row!(HIGH),
+            sure: row!(SURE),
+            id: S::u32s::splat(simd, id),
+        }
+    }
+
+    /// The three edge functions at given points.
+    #[inline(always)]
+    pub fn edges_at(&self, x: S::f32s, y: S::f32s) -> [S::f32s; 3] {
+        let [a, b, c] = &self.edges;
+        [
+            a[0] * x + (a[1] * y + a[2]),
+            b[0] * x + (b[1] * y + b[2]),
+            c[0] * x + (c[1] * y + c[2]),
+        ]
+    }
+
+    /// How far each edge function can differ from its value at the centre of a 4x4 block.
+    #[inline(always)]
+    pub fn block_reach(&self, simd: S) -> [S::f32s; 3] {
+        // 1.5 pixels each way, and a little for rounding.
+        let reach = S::f32s::splat(simd, 1.51);
+        let [a, b, c] = &self.edges;
+        [
+            (a[0].abs() + a[1].abs()) * reach,
+            (b[0].abs() + b[1].abs()) * reach,
+            (c[0].abs() + c[1].abs()) * reach,
+        ]
+    }
+
+    /// Twice the largest δ.
+    #[inline(always)]
+    pub fn sure(&self) -> S::f32s {
+        self.sure
+    }
+}
+
+/// The smallest of three.
+#[inline(always)]
+pub fn min3<S: Lanes>(v: [S::f32s; 3]) -> S::f32s {
+    v[0].min(v[1].min(v[2]))
+}
+
+/// Tests one triangle at the pixels of block `block` (row by row of blocks) and keeps what is nearer; true when it
+/// won a pixel. `FULL`: the caller knows that the triangle covers the whole block.
+#[inline(always)]
+pub fn cover<S: Lanes, const FULL: bool>(
+    simd: S,
+    tile: &mut Tile,
+    k: &Broadcast<S>,
+    block: usize,
+    who: &Candidate<'_>,
+) -> bool {
+    let block = block & (BLOCKS * BLOCKS - 1);
+    let at = usize::from(TABLES.offset[block]) & 0xff0;
+    let (xs, ys) = (&TABLES.x[block % BLOCKS], &TABLES.y[block / BLOCKS]);
+    let mut won = false;
+    let mut s = 0;
+    while s < 16 {
+        let (x, y) = (load(simd, xs, s), load(simd, ys, s));
+        let old = load(simd, &tile.z, at + s);
+        let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
+        let z = z.max(k.low).min(k.high);
+        let (wins, rare);
+        if FULL {
+            wins = z.simd_gt(old);
+            rare = z.simd_eq(old);
+        } else {
+            let inside = min3::<S>(k.edges_at(x, y));
+            let maybe = inside.simd_ge(0.0) & z.simd_ge(old);
+            wins = inside.simd_ge(k.sure) & z.simd_gt(old);
+            rare = maybe ^ wins;
+        }
+        if rare.any_true() {
+            let mut zs = [0.0f32; 16];
+            store::<S>(z, &mut zs, 0);
+            let candidates = (rare | wins).to_bitmask() as u32;
+            won |= cover_exactly(simd, tile, &zs, candidates, FULL, at + s, block, who);
+        } else if wins.any_true() {
+            won = true;
+            store::<S>(wins.select(z, old), &mut tile.z, at + s);
+            let ids = &mut tile.id[at + s..at + s + lanes::<S>()];
+            let old_ids = S::u32s::from_slice(simd, ids);
+            wins.select(k.id, old_ids).store_slice(ids);
+        }
+        s += lanes::<S>();
+    }
+    won
+}
+
+/// What [`cover`] does, for a few lanes, without any doubt left. `at` is the memory place of lane 0.
+#[cold]
+#[inline(never)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what the hot loop has at hand, passed on as it is"
+)]
+fn cover_exactly<S: Lanes>(
+    simd: S,
+    tile: &mut Tile,
+    z: &[f32; 16],
+    candidates: u32,
+    full: bool,
+    at: usize,
+    block: usize,
+    who: &Candidate<'_>,
+) -> bool {
+    let corners = who.corners(simd);
+    let mut won = false;
+    for (lane, &z) in z.iter().enumerate().take(lanes::<S>()) {
+        let pixel = (at + lane) & 15;
+        let ray = PixelRay {
+            x: TABLES.x[block % BLOCKS][pixel],
+            y: TABLES.y[block / BLOCKS][pixel],
+        };
+        if candidates >> lane & 1 != 0 && (full || exact::hits(&corners, ray)) {
+            won |= tile.keep_nearer(at + lane, z, who.id, who.file_ids);
+        }
+    }
+    won
+}

@@ -1,0 +1,120 @@
+//! Which children of a node a tile's rays can meet, and which part of the tile each of them can cover.
+//!
+//! This only culls: it may keep too much, never too little. Fused multiply-adds are allowed here for that reason.
+
+use super::space::{HALF, TILE, TileSpace};
+use crate::bvh::Node;
+use crate::simd::{Lanes, Select, SimdBase, SimdFloat, SimdMask, f32x8};
+
+/// Pixels that a box reaches beyond the exact outline of what it holds: far more than the rounding of a vertex.
+const MARGIN_PX: f32 = 1.0 / 16.0;
+
+/// The bounds of a box that make a row of the transform smallest: row of [`Node::bounds`] by axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Frustum {
+    rows: [[f32; 3]; 3],
+    low: [[usize; 3]; 3],
+    offset: [f32; 3],
+    slack: [f32; 3],
+}
+
+/// The children that survive.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug)]
+pub struct Survivors {
+    /// Nearest distance of each child's box, at least 0.
+    pub near: [f32; 8],
+    /// Its part of the tile in blocks of 8x8 pixels: first and last column, first and last row.
+    pub blocks: [[i32; 8]; 4],
+    /// Which children survive, child 0 lowest.
+    pub mask: u32,
+}
+
+impl Frustum {
+    /// The frustum of a tile.
+    #[must_use]
+    pub fn new(space: &TileSpace) -> Frustum {
+        let rows = space.rows.map(|r| r.to_array());
+        let low = rows.map(|r| [0, 1, 2].map(|axis| if r[axis] >= 0.0 { axis } else { axis + 3 }));
+        Frustum {
+            rows,
+            low,
+            offset: space.offset.to_array(),
+            slack: space.slack.to_array(),
+        }
+    }
+
+    /// The children of `node` whose box meets the frustum, in front of the eye and not beyond `far`.
+    #[inline(always)]
+    pub fn test<S: Lanes>(&self, simd: S, node: &Node, far: f32) -> Survivors {
+        macro_rules! splat {
+            ($x:expr) => {
+                f32x8::splat(simd, $x)
+            };
+        }
+        // Each row's smallest and largest value over each box.
+        let mut low = [splat!(0.0); 3];
+        let mut high = low;
+        for k in 0..3 {
+            let mut l = splat!(self.offset[k] - self.slack[k]);
+            let mut h = splat!(self.offset[k] + self.slack[k]);
+            for axis in 0..3 {
+                let r = splat!(self.rows[k][axis]);
+                let at = self.low[k][axis];
+                let opposite = if at >= 3 { at - 3 } else { at + 3 };
+                l = r.mul_add(f32x8::load_array_ref(simd, &node.bounds[at % 6]), l);
+                h = r.mul_add(f32x8::load_array_ref(simd, &node.bounds[opposite % 6]), h);
+            }
+            low[k] = l;
+            high[k] = h;
+        }
+        let (near, w_max) = (low[2], high[2]);
+        let reach = w_max * splat!(HALF + MARGIN_PX);
+        let zero = splat!(0.0);
+        let minus_reach = zero - reach;
+        let clamped_near = near.max(zero);
+        let inside = low[0].simd_le(reach)
+            & high[0].simd_ge(minus_reach)
+            & low[1].simd_le(reach)
+            & high[1].simd_ge(minus_reach)
+            & w_max.simd_gt(zero)
+            & clamped_near.simd_le(splat!(far));
+        let mut out = Survivors {
+            near: [0.0; 8],
+            blocks: [[0; 8]; 4],
+            mask: inside.to_bitmask() as u32,
+        };
+        clamped_near.store_array(&mut out.near);
+        if out.mask == 0 {
+            return out;
+        }
+        // Interval division: the screen rectangle of each box, then its columns and rows of 8x8 blocks.
+        let one = splat!(1.0);
+        let far_inverse = one / w_max;
+        let near_inverse = near.simd_gt(splat!(1e-30)).select(one / near, splat!(1e30));
+        let eighth = splat!(0.125);
+        let last = splat!(TILE as f32 / 8.0 - 0.5);
+        for k in 0..2 {
+            let l = (low[k] * near_inverse).min(low[k] * far_inverse);
+            let h = (high[k] * near_inverse).max(high[k] * far_inverse);
+            let l = (l + splat!(TILE as f32 / 2.0 - MARGIN_PX)) * eighth;
+            let h = (h + splat!(TILE as f32 / 2.0 + MARGIN_PX)) * eighth;
+            let l: crate::simd::i32x8<S> = l.max(zero).min(last).to_int();
+            let h: crate::simd::i32x8<S> = h.max(zero).min(last).to_int();
+            l.store_array(&mut out.blocks[2 * k]);
+            h.store_array(&mut out.blocks[2 * k + 1]);
+        }
+        out
+    }
+}
+
+impl Survivors {
+    /// The 8x8 blocks that child `child` can cover, as bits, row by row.
+    #[inline(always)]
+    pub fn block_mask(&self, child: usize) -> u64 {
+        let [x0, x1, y0, y1] = self.blocks.map(|row| row[child & 7] as u32 & 7);
+        let columns = ((2u64 << x1) - 1) & !((1u64 << x0) - 1);
+        let rows = (u64::MAX >> (56 - 8 * y1)) & !((1u64 << (8 * y0)) - 1);
+        columns.wrapping_mul(0x0101_0101_0101_0101) & rows
+    }
+}

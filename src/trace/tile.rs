@@ -1,0 +1,139 @@
+//! The hits of one tile while it is being traced, and where each pixel of it lies in memory.
+
+use super::space::{HALF, TILE};
+use crate::frame::MISS;
+
+/// Blocks of 4x4 pixels in a row of a tile.
+pub const BLOCKS: usize = TILE / 4;
+
+/// Pixels of a tile.
+pub const PIXELS: usize = TILE * TILE;
+
+/// The nearest hit so far of every pixel of a tile.
+///
+/// In memory the sixteen pixels of a 4x4 block are neighbours, and so are the four blocks of an 8x8 block: a block
+/// is one load of 16 lanes, two of 8 or four of 4, and an 8x8 block is 64 numbers in a row.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub struct Tile {
+    /// 1/w of the nearest hit, 0 for none yet.
+    pub z: [f32; PIXELS],
+    /// Its triangle in leaf order, [`MISS`] for none yet.
+    pub id: [u32; PIXELS],
+    /// Triangle and node tests of each 4x4 block, row by row; kept only for the view `cost`.
+    pub cost: [u32; BLOCKS * BLOCKS],
+}
+
+impl Tile {
+    /// All misses.
+    #[must_use]
+    pub fn new() -> Box<Tile> {
+        Box::new(Tile {
+            z: [0.0; PIXELS],
+            id: [MISS; PIXELS],
+            cost: [0; BLOCKS * BLOCKS],
+        })
+    }
+
+    /// All misses again.
+    pub fn clear(&mut self) {
+        self.z.fill(0.0);
+        self.id.fill(MISS);
+        self.cost.fill(0);
+    }
+
+    /// Keeps the hit if it is nearer than what the pixel holds, or as near and lower in the file.
+    #[inline(always)]
+    pub fn keep_nearer(&mut self, at: usize, z: f32, id: u32, file_ids: &[u32]) -> bool {
+        let old = self.z[at];
+        let wins = z > old || (z == old && file_ids[id as usize] < file_ids[self.id[at] as usize]);
+        if wins {
+            self.z[at] = z;
+            self.id[at] = id;
+        }
+        wins
+    }
+}
+
+/// Where the 4x4 block in column `bx` and row `by` of blocks starts in memory.
+#[inline(always)]
+#[must_use]
+pub const fn block_offset(bx: usize, by: usize) -> usize {
+    ((by / 2) * (BLOCKS / 2) + bx / 2) * 64 + ((by & 1) * 2 + (bx & 1)) * 16
+}
+
+/// Where the pixel in column `x` and row `y` of the tile lies in memory.
+#[inline(always)]
+#[must_use]
+pub const fn pixel_offset(x: usize, y: usize) -> usize {
+    block_offset(x / 4, y / 4) + (y % 4) * 4 + x % 4
+}
+
+/// Tables that kernels load lanes from.
+#[repr(C, align(64))]
+#[derive(Debug)]
+pub struct Tables {
+    /// x′ of the pixels of a 4x4 block, by its column of blocks.
+    pub x: [[f32; 16]; BLOCKS],
+    /// y′, by its row of blocks.
+    pub y: [[f32; 16]; BLOCKS],
+    /// x′ of the centre of each block, row by row.
+    pub centre_x: [f32; BLOCKS * BLOCKS],
+    /// y′ of it.
+    pub centre_y: [f32; BLOCKS * BLOCKS],
+    /// [`block_offset`] of each block, row by row.
+    pub offset: [u16; BLOCKS * BLOCKS],
+}
+
+/// The tables of the one tile size there is.
+pub static TABLES: Tables = Tables::new();
+
+impl Tables {
+    const fn new() -> Tables {
+        let mut t = Tables {
+            x: [[0.0; 16]; BLOCKS],
+            y: [[0.0; 16]; BLOCKS],
+            centre_x: [0.0; BLOCKS * BLOCKS],
+            centre_y: [0.0; BLOCKS * BLOCKS],
+            offset: [0; BLOCKS * BLOCKS],
+        };
+        let mut b = 0;
+        while b < BLOCKS {
+            let mut lane = 0;
+            while lane < 16 {
+                t.x[b][lane] = (b * 4 + lane % 4) as f32 - HALF;
+                t.y[b][lane] = (b * 4 + lane / 4) as f32 - HALF;
+                lane += 1;
+            }
+            b += 1;
+        }
+        let mut i = 0;
+        while i < BLOCKS * BLOCKS {
+            let (bx, by) = (i % BLOCKS, i / BLOCKS);
+            t.centre_x[i] = (bx * 4) as f32 + 1.5 - HALF;
+            t.centre_y[i] = (by * 4) as f32 + 1.5 - HALF;
+            t.offset[i] = block_offset(bx, by) as u16;
+            i += 1;
+        }
+        t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_has_a_place_of_its_own() {
+        let mut seen = [false; PIXELS];
+        for y in 0..TILE {
+            for x in 0..TILE {
+                assert!(!std::mem::replace(&mut seen[pixel_offset(x, y)], true));
+                let (block, lane) = (pixel_offset(x, y) / 16 * 16, pixel_offset(x, y) % 16);
+                assert_eq!(block, block_offset(x / 4, y / 4));
+                assert_eq!(TABLES.x[x / 4][lane], x as f32 - HALF);
+                assert_eq!(TABLES.y[y / 4][lane], y as f32 - HALF);
+            }
+        }
+    }
+}

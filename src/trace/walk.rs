@@ -1,0 +1,283 @@
+//! A tile's way down the tree: nearest boxes first, nothing that is hidden, leaves when their lines have arrived.
+
+use super::brute;
+use super::frustum::Frustum;
+use super::leaf::{self, LeafContext, Scratch, TAME};
+use super::space::{TILE, TileSpace};
+use super::tile::{BLOCKS, Tile};
+use crate::bvh::{Bvh, Child, Node};
+use crate::raw::prefetch;
+use crate::simd::{Kernel, Lanes, SimdBase, SimdMask, dispatch, lanes, load};
+
+/// Leaves wait here until their lines have come from memory; more than 4 does not help.
+const WAITING: usize = 4;
+
+/// A node or leaf to visit.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// Nearest distance of its box.
+    near: f32,
+    child: Child,
+    /// The 8x8 blocks of the tile that it can cover.
+    blocks: u64,
+}
+
+impl Entry {
+    const NONE: Entry = Entry {
+        near: 0.0,
+        child: Child::NONE,
+        blocks: 0,
+    };
+}
+
+/// How far each 8x8 block of a tile can be seen. Old values are too large, never too small.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+struct Horizon {
+    /// By block, row by row; infinite while a pixel is open.
+    far: [f32; 64],
+    /// Blocks with open pixels.
+    open: u64,
+    /// Blocks whose value is old.
+    dirty: u64,
+    /// The largest of all.
+    tile_far: f32,
+}
+
+impl Horizon {
+    const OPEN: Horizon = Horizon {
+        far: [f32::INFINITY; 64],
+        open: u64::MAX,
+        dirty: 0,
+        tile_far: f32::INFINITY,
+    };
+
+    /// True when something at distance `near` in one of `blocks` could be seen.
+    #[inline(always)]
+    fn sees<S: Lanes>(&mut self, simd: S, near: f32, blocks: u64, z: &[f32]) -> bool {
+        let nears = S::f32s::splat(simd, near);
+        let mut visible = 0u64;
+        let mut i = 0;
+        while i < 64 {
+            visible |= load(simd, &self.far, i).simd_ge(nears).to_bitmask() << i;
+            i += lanes::<S>();
+        }
+        visible &= blocks;
+        if visible & !self.dirty != 0 {
+            return true;
+        }
+        // Only old values speak for it: renew them until one holds.
+        while visible != 0 {
+            let block = visible.trailing_zeros() as usize;
+            visible &= visible - 1;
+            self.renew(simd, block, z);
+            if self.far[block & 63] >= near {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn renew<S: Lanes>(&mut self, simd: S, block: usize, z: &[f32]) {
+        self.dirty &= !(1 << block);
+        let z = &z[block * 64..block * 64 + 64];
+        let mut lowest = load(simd, z, 0);
+        let mut i = lanes::<S>();
+        while i < 64 {
+            lowest = lowest.min(load(simd, z, i));
+            i += lanes::<S>();
+        }
+        // A little farther than exact: what could tie must not be hidden.
+        let far = 1.0 / lowest.reduce_min() * 1.00001;
+        self.far[block & 63] = far;
+        if far < f32::INFINITY {
+            self.open &= !(1 << block);
+            if self.open == 0 {
+                let mut highest = load(simd, &self.far, 0);
+                let mut i = lanes::<S>();
+                while i < 64 {
+                    highest = highest.max(load(simd, &self.far, i));
+                    i += lanes::<S>();
+                }
+                self.tile_far = highest.reduce_max();
+            }
+        }
+    }
+}
+
+/// What one thread needs to trace tiles: the hits of the tile at work and room for the way down.
+#[derive(Clone, Debug)]
+pub struct Tracer {
+    /// The hits.
+    pub tile: Box<Tile>,
+    stack: Vec<Entry>,
+    waiting: [Entry; WAITING],
+    horizon: Horizon,
+    scratch: Box<Scratch>,
+}
+
+impl Default for Tracer {
+    fn default() -> Tracer {
+        Tracer {
+            tile: Tile::new(),
+            stack: vec![Entry::NONE; 256],
+            waiting: [Entry::NONE; WAITING],
+            horizon: Horizon::OPEN,
+            scratch: Box::new(Scratch::NEW),
+        }
+    }
+}
+
+impl Tracer {
+    /// Traces one tile; the hits are in [`Tracer::tile`]. `COST` counts tests too. Returns false when nothing was
+    /// hit.
+    ///
+    /// # Panics
+    /// When this CPU lacks `kernel`.
+    pub fn trace<const COST: bool>(
+        &mut self,
+        kernel: Kernel,
+        bvh: &Bvh,
+        space: &TileSpace,
+    ) -> bool {
+        self.tile.clear();
+        if bvh.nodes.is_empty() {
+            return false;
+        }
+        if !is_tame(bvh, space) {
+            brute::trace(&bvh.corners(), &bvh.file_ids, space, &mut self.tile);
+            return true;
+        }
+        dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space))
+    }
+
+    #[inline(always)]
+    fn walk<S: Lanes, const COST: bool>(&mut self, simd: S, bvh: &Bvh, space: &TileSpace) -> bool {
+        let Tracer {
+            tile,
+            stack,
+            waiting,
+            horizon,
+            scratch,
+        } = self;
+        *horizon = Horizon::OPEN;
+        let frustum = Frustum::new(space);
+        let mut context = LeafContext {
+            space,
+            file_ids: &bvh.file_ids,
+            tile_far: f32::INFINITY,
+        };
+        let mut hit = 0;
+        stack[0] = Entry {
+            near: 0.0,
+            child: Child::node(0),
+            blocks: u64::MAX,
+        };
+        let mut depth = 1;
+        // A ring of leaves that wait.
+        let (mut oldest, mut waits) = (0, 0);
+        let mut node_came = false;
+        loop {
+            let leaf_next = waits == WAITING || (waits > 0 && (node_came || depth == 0));
+            let entry = if leaf_next {
+                node_came = false;
+                let entry = waiting[oldest % WAITING];
+                oldest += 1;
+                waits -= 1;
+                entry
+            } else if depth == 0 {
+                break;
+            } else {
+                depth -= 1;
+                let entry = stack[depth];
+                if entry.child.is_leaf() {
+                    waiting[(oldest + waits) % WAITING] = entry;
+                    waits += 1;
+                    continue;
+                }
+                entry
+            };
+            if !horizon.sees(simd, entry.near, entry.blocks, &tile.z) {
+                continue;
+            }
+            if COST {
+                count_visit(tile, entry.blocks);
+            }
+            if leaf_next {
+                context.tile_far = horizon.tile_far;
+                let leaf = bvh.leaf(entry.child.index());
+                let won = leaf::trace::<S, COST>(simd, &context, leaf, scratch, tile);
+                horizon.dirty |= won;
+                hit |= won;
+                continue;
+            }
+            node_came = true;
+            let node = &bvh.nodes[entry.child.index()];
+            let survivors = frustum.test(simd, node, horizon.tile_far);
+            if depth + 8 > stack.len() {
+                stack.resize(2 * stack.len(), Entry::NONE);
+            }
+            let mut left = survivors.mask;
+            while left != 0 {
+                let i = left.trailing_zeros() as usize & 7;
+                left &= left - 1;
+                let child = node.children[i];
+                ask_for(bvh, child);
+                // Nearest on top: as deep as there are farther ones.
+                let near = survivors.near[i];
+                let mut below = 0;
+                for (j, &other) in survivors.near.iter().enumerate() {
+                    let farther = other > near || (other == near && j > i);
+                    below += usize::from(farther && survivors.mask >> j & 1 != 0);
+                }
+                stack[depth + below] = Entry {
+                    near,
+                    child,
+                    blocks: survivors.block_mask(i),
+                };
+            }
+            depth += survivors.mask.count_ones() as usize;
+        }
+        hit != 0
+    }
+}
+
+/// Whether the kernels' error bounds hold for every vertex of the scene (they do, but for absurd cameras).
+fn is_tame(bvh: &Bvh, space: &TileSpace) -> bool {
+    let reach = bvh
+        .bounds
+        .min
+        .as_dvec3()
+        .abs()
+        .max(bvh.bounds.max.as_dvec3().abs());
+    let [u, v, w] = space
+        .rows
+        .map(|r| r.as_dvec3().abs().dot(space.eye.as_dvec3().abs() + reach));
+    u + v + w * (TILE as f64 / 2.0) <= TAME
+}
+
+/// Asks for all lines of a child.
+#[inline(always)]
+fn ask_for(bvh: &Bvh, child: Child) {
+    if child.is_leaf() {
+        for line in 0..1 + 3 * child.chunks() {
+            prefetch(&bvh.lines, child.index(), line);
+        }
+    } else {
+        for line in 0..size_of::<Node>() / 64 {
+            prefetch(&bvh.nodes, child.index(), line);
+        }
+    }
+}
+
+/// Counts a visit for every 4x4 block of some 8x8 blocks.
+fn count_visit(tile: &mut Tile, blocks: u64) {
+    for block in (0..64).filter(|b| blocks >> b & 1 != 0) {
+        let (x, y) = (block % 8 * 2, block / 8 * 2);
+        for at in [y * BLOCKS + x, (y + 1) * BLOCKS + x] {
+            tile.cost[at] += 1;
+            tile.cost[at + 1] += 1;
+        }
+    }
+}

@@ -143,6 +143,16 @@ impl Camera {
         }
     }
 
+    /// The rays of a `width` x `height` picture: the plane widened to its shape, or with `stretch` as it is.
+    #[must_use]
+    pub fn view(self, width: usize, height: usize, stretch: bool) -> View {
+        if stretch {
+            View::new(&self, width, height)
+        } else {
+            View::new(&self.widened(width, height), width, height)
+        }
+    }
+
     /// The picture's size when none is asked for: height 480 and the plane's shape, each 1..=16384.
     /// (The default camera's 4:3 gives 640x480.)
     #[must_use]
@@ -251,5 +261,14 @@ mod tests {
             assert!((mid(c) - mid(d)).length() < 1e-12);
         }
         assert_eq!(c.widened(640, 480), c);
+    }
+
+    #[test]
+    fn a_view_is_widened_unless_stretched() {
+        let c = Camera::default_for(unit_box());
+        assert_eq!(c.view(200, 100, true), View::new(&c, 200, 100));
+        let wide = c.widened(200, 100);
+        assert_eq!(c.view(200, 100, false), View::new(&wide, 200, 100));
+        assert_ne!(c.view(200, 100, true), c.view(200, 100, false));
     }
 }

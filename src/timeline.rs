@@ -3,8 +3,9 @@
 //! A frame depends on its number alone: turns are composed anew from the operations, never accumulated from
 //! frame to frame. There is no clock here; time enters as a value.
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
+use crate::camera::Camera;
 use crate::math::rotation;
 use crate::scene::Operation;
 
@@ -57,6 +58,19 @@ pub fn rotation_at(operations: &[Operation], timing: Timing, frame: u64) -> DMat
     turn
 }
 
+/// The camera of frame `frame`: `base` turned about `pivot`. The window and the files both ask here, so the
+/// same frame number is the same picture.
+#[must_use]
+pub fn camera_at(
+    base: Camera,
+    operations: &[Operation],
+    timing: Timing,
+    frame: u64,
+    pivot: DVec3,
+) -> Camera {
+    base.turned(rotation_at(operations, timing, frame), pivot)
+}
+
 /// All of `operations`, the first applied first.
 #[must_use]
 pub fn rotation_after(operations: &[Operation]) -> DMat3 {
@@ -68,6 +82,7 @@ pub fn rotation_after(operations: &[Operation]) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Aabb;
     use crate::scene::Axis;
 
     fn ops() -> Vec<Operation> {
@@ -102,5 +117,16 @@ mod tests {
             seconds_per_op: 0.1,
         };
         assert_eq!(t.frames_per_op(), 1);
+    }
+
+    #[test]
+    fn the_camera_of_a_frame_is_the_base_camera_turned_about_the_pivot() {
+        let base = Camera::default_for(Aabb::EMPTY);
+        let (t, pivot) = (Timing::default(), DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(camera_at(base, &ops(), t, 0, DVec3::ZERO), base);
+        let turned = camera_at(base, &ops(), t, 20, pivot);
+        assert_eq!(turned, base.turned(rotation_at(&ops(), t, 20), pivot));
+        let distance = |c: Camera| (c.eye - pivot).length();
+        assert!((distance(turned) - distance(base)).abs() < 1e-12);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use png::{BitDepth, ColorType, Compression, Encoder};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
 use super::for_each_rgb_row;
 use crate::frame::Frame;
@@ -17,6 +17,9 @@ pub(super) fn write(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
+    // bunny at 1920x1080: 25 ms and 471 KB. Trying every filter on every row, the default: 106 ms, 469 KB;
+    // better compression: 165 to 730 ms for 335 KB at best; no filter: 15 ms, 2200 KB.
+    encoder.set_filter(Filter::Paeth);
     let mut writer = encoder.write_header()?;
     let mut stream = writer.stream_writer_with_size(1 << 16)?;
     for_each_rgb_row(frame, |row| stream.write_all(row))?;

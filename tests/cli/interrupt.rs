@@ -70,6 +70,44 @@ fn ctrl_c_while_a_scene_is_read_keeps_the_old_picture() {
     assert_eq!(folder.names(), ["scene.txt", "x.bmp"]);
 }
 
+/// A scene that takes minutes by the report's method: many triangles, all over the picture.
+fn slow_scene() -> String {
+    let n = 4000;
+    let triangle = |i: usize| format!("-9 -9 {i}  9 -9 {i}  0 18 {i}  9 9 9\n");
+    let triangles: String = (0..n).map(triangle).collect();
+    format!("<s 0 0 9999 -1 1 9998 1 1 9998 -1 -1 9998  0 0 -1  {n}\n{triangles}")
+}
+
+#[test]
+fn a_picture_that_is_stopped_midway_keeps_the_old_one() {
+    let folder = Folder::new();
+    folder.write("x.bmp", "old");
+    folder.write("slow.txt", slow_scene());
+    let args = [
+        "render",
+        "slow.txt",
+        "--engine",
+        "report",
+        "--size",
+        "4000x4000",
+        "-o",
+        "x.bmp",
+    ];
+    for (name, end) in [("INT", (Some(130), None)), ("KILL", (None, Some(9)))] {
+        let mut child = folder.start(&args);
+        std::thread::sleep(std::time::Duration::from_millis(700));
+        assert!(
+            child.try_wait().expect("a child").is_none(),
+            "it ended by itself"
+        );
+        signal(&child, name);
+        let status = child.wait().expect("the program ends");
+        assert_eq!((status.code(), status.signal()), end);
+        assert_eq!(folder.read("x.bmp"), b"old");
+        assert_eq!(folder.names(), ["scene.txt", "slow.txt", "x.bmp"]);
+    }
+}
+
 #[test]
 fn a_failed_render_keeps_the_old_picture() {
     let folder = Folder::new();

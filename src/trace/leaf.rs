@@ -4,7 +4,7 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
 //! stay triangles), at most 2x2 blocks (pairs of block and triangle), larger (lanes become blocks).
 
-use super::coverage::{Broadcast, Candidate, DEPTH, HIGH, LOW, SURE, Setup, cover, min3};
+use super::coverage::{Broadcast, Candidate, HIGH, LOW, SURE, Setup, cover, min3};
 use super::depth::{NEAR, STEEP};
 use super::exact::{self, PixelRay};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace, Uvw};
@@ -16,9 +16,6 @@ use crate::simd::{
 
 /// Pixels that a screen box reaches beyond the exact outline: more than the rounding of u/w.
 const BOX_MARGIN_PX: f32 = 1.0 / 256.0;
-
-/// Added to every error bound: covers what is lost below the smallest `f32`, given the limit [`TAME`].
-const UNDERFLOW: f32 = 1e-37;
 
 /// The kernels' error bounds hold for corners with |u| + |v| + 32|w| up to this (w is about 1 at most).
 pub const TAME: f64 = 1e10;
@@ -50,6 +47,31 @@ pub struct LeafContext<'a> {
     pub file_ids: &'a [u32],
     /// Nothing beyond this distance can be seen.
     pub tile_far: f32,
+    /// Rounding error that the edge functions allow for, see [`Guard`].
+    pub guard: Guard,
+}
+
+/// How much rounding error an edge function allows for before it asks the exact test: `relative` times the size of
+/// its terms, plus `absolute`.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard {
+    relative: f32,
+    absolute: f32,
+}
+
+impl Guard {
+    /// Seven operations are rounded on the way to an edge function's value; what is lost below the smallest `f32`
+    /// is covered, too, given the limit [`TAME`].
+    pub const ON: Guard = Guard {
+        relative: 8.0 * ROUNDOFF,
+        absolute: 1e-37,
+    };
+
+    /// Trusts every rounded sign. Meshes leak: for the test that shows it.
+    pub const OFF: Guard = Guard {
+        relative: 0.0,
+        absolute: 0.0,
+    };
 }
 
 /// A vector (u, v, w) a lane.
@@ -186,7 +208,7 @@ fn group<S: Lanes, const COST: bool>(
     }
     let mut todo = bits::<S>(keep) & valid;
     if COST {
-        count_tests::<S>(tile, &low, &high, valid, todo);
+        count_tests::<S>(tile, &low, &high, todo);
     }
     if todo == 0 {
         return 0;
@@ -222,7 +244,8 @@ fn group<S: Lanes, const COST: bool>(
     for i in 0..3 {
         let j = (i + 1) % 3;
         let n = cross::<S>(edges[i], add::<S>(corners[i], corners[j]));
-        let error = lengths[i] * (sizes[i] + sizes[j]) * splat!(8.0 * ROUNDOFF) + splat!(UNDERFLOW);
+        let terms = lengths[i] * (sizes[i] + sizes[j]);
+        let error = terms * splat!(context.guard.relative) + splat!(context.guard.absolute);
         reach[i] = n[0].abs() + n[1].abs();
         errors[i] = error;
         k[i] = [n[0] * sign, n[1] * sign, n[2] * sign + error];
@@ -273,11 +296,9 @@ fn group<S: Lanes, const COST: bool>(
         }
     }
 
-    for i in 0..3 {
-        for j in 0..3 {
-            store::<S>(k[i][j], &mut scratch.setup.0[3 * i + j], 0);
-        }
-        store::<S>(depth[i], &mut scratch.setup.0[DEPTH + i], 0);
+    let rows = k.into_iter().flatten().chain(depth);
+    for (row, lanes) in scratch.setup.0.iter_mut().zip(rows) {
+        store::<S>(lanes, row, 0);
     }
     store::<S>(z_low, &mut scratch.setup.0[LOW], 0);
     store::<S>(z_high, &mut scratch.setup.0[HIGH], 0);

@@ -169,7 +169,8 @@ impl<'a> Leaf<'a> {
         let chunks = vertices.len().div_ceil(16);
         vertices.resize(chunks * 16, last);
         for chunk in vertices.chunks_exact(16) {
-            let column = |axis| Line(std::array::from_fn(|i| chunk[i].to_array()[axis].to_bits()));
+            let column =
+                |axis: usize| Line(std::array::from_fn(|i| chunk[i].to_array()[axis].to_bits()));
             out.extend([0, 1, 2].map(column));
         }
         Child::leaf(first, chunks)

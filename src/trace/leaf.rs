@@ -745,13 +745,7 @@ fn large_triangle<S: Lanes>(
 }
 
 /// Counts a triangle test for every 4x4 block of a kept triangle's box.
-fn count_tests<S: Lanes>(
-    tile: &mut Tile,
-    low: &[S::f32s; 2],
-    high: &[S::f32s; 2],
-    _valid: u32,
-    kept: u32,
-) {
+fn count_tests<S: Lanes>(tile: &mut Tile, low: &[S::f32s; 2], high: &[S::f32s; 2], kept: u32) {
     for lane in (0..lanes::<S>()).filter(|lane| kept >> lane & 1 != 0) {
         let block = |v: S::f32s| v[lane] as usize / 4;
         for by in block(low[1])..=block(high[1]) {

@@ -49,7 +49,7 @@ impl Random {
 
     /// A whole number in 0..`n`; `n` is at least 1.
     pub fn below(&mut self, n: u32) -> u32 {
-        ((self.bits() >> 32) * u64::from(n) >> 32) as u32
+        (((self.bits() >> 32) * u64::from(n)) >> 32) as u32
     }
 
     /// A number in 0.0..1.0, a multiple of 2⁻²⁴.

@@ -169,9 +169,9 @@ impl<'a> Leaf<'a> {
         let chunks = vertices.len().div_ceil(16);
         vertices.resize(chunks * 16, last);
         for chunk in vertices.chunks_exact(16) {
-            for axis in 0..3 {
-                out.push(Line(std::array::from_fn(|i| chunk[i][axis].to_bits())));
-            }
+            let column =
+                |axis: usize| Line(std::array::from_fn(|i| chunk[i].to_array()[axis].to_bits()));
+            out.extend([0, 1, 2].map(column));
         }
         Child::leaf(first, chunks)
     }

@@ -8,13 +8,14 @@ use std::time::{Duration, Instant};
 
 use crate::bvh::Bvh;
 use crate::camera::View;
+use crate::color::Rgb;
 use crate::frame::{Frame, Hit, Hits, MISS};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
 use crate::shade::Shader;
 pub use crate::shade::{Reflection, ViewMode};
-use crate::simd::Kernel;
-use crate::trace::tile::pixel_offset;
+use crate::simd::{Kernel, dispatch};
+use crate::trace::tile::{BLOCKS, block_offset, pixel_offset};
 use crate::trace::{Rig, TILE, Tile, TileSpace, Tracer, brute};
 use crate::world::World;
 
@@ -169,9 +170,13 @@ impl Renderer {
         let count_cost = settings.mode == ViewMode::Cost;
         let plane = TiledPlane::new(&mut frame.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
-            engine.trace(tracer, settings.kernel, out.x, out.y, count_cost);
+            let hit = engine.trace(tracer, settings.kernel, out.x, out.y, count_cost);
             clock.traced();
-            shader.shade(&tracer.tile, out);
+            if hit || count_cost {
+                shader.shade(&tracer.tile, out);
+            } else {
+                (0..out.height).for_each(|y| out.row(y).fill(Rgb::BLACK.packed()));
+            }
             clock.shaded();
         })
     }
@@ -193,8 +198,13 @@ impl Renderer {
         let engine = EngineAtWork::new(world, view, engine);
         let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
-            engine.trace(tracer, kernel, out.x, out.y, false);
-            write_hits(&tracer.tile, &world.bvh().file_ids, engine.t_per_w(), out);
+            let hit = engine.trace(tracer, kernel, out.x, out.y, false);
+            let ids = &world.bvh().file_ids;
+            if hit {
+                write_hits(kernel, &tracer.tile, ids, engine.t_per_w(), out);
+            } else {
+                (0..out.height).for_each(|y| out.row(y).fill(Hit::NONE));
+            }
             clock.traced();
         })
     }
@@ -299,14 +309,21 @@ impl<'a> EngineAtWork<'a> {
         self.rig.t_per_w()
     }
 
-    /// Fills the tracer's tile with the hits of the tile whose first pixel is (`x`, `y`).
-    fn trace(&self, tracer: &mut Tracer, kernel: Kernel, x: usize, y: usize, count_cost: bool) {
+    /// Fills the tracer's tile with the hits of the tile whose first pixel is (`x`, `y`); false when there is none.
+    fn trace(
+        &self,
+        tracer: &mut Tracer,
+        kernel: Kernel,
+        x: usize,
+        y: usize,
+        count_cost: bool,
+    ) -> bool {
         match &self.kind {
             Kind::Fast if count_cost => {
-                tracer.trace::<true>(kernel, self.bvh, &self.rig.tile(x, y));
+                return tracer.trace::<true>(kernel, self.bvh, &self.rig.tile(x, y));
             }
             Kind::Fast => {
-                tracer.trace::<false>(kernel, self.bvh, &self.rig.tile(x, y));
+                return tracer.trace::<false>(kernel, self.bvh, &self.rig.tile(x, y));
             }
             Kind::Brute(corners) => {
                 tracer.tile.clear();
@@ -318,6 +335,7 @@ impl<'a> EngineAtWork<'a> {
                 self.report_tile(report, &mut tracer.tile, x, y);
             }
         }
+        true
     }
 
     fn report_tile(&self, report: &ReportTracer, tile: &mut Tile, x0: usize, y0: usize) {
@@ -336,19 +354,49 @@ impl<'a> EngineAtWork<'a> {
 }
 
 /// Writes the hits of a tile to the plane, with the file's numbers.
-fn write_hits(tile: &Tile, file_ids: &[u32], t_per_w: f32, out: &mut PlaneTile<'_, Hit>) {
-    for y in 0..out.height {
-        for (x, hit) in out.row(y).iter_mut().enumerate() {
-            let at = pixel_offset(x, y);
-            let id = tile.id[at];
-            *hit = if id == MISS {
-                Hit::NONE
+fn write_hits(
+    kernel: Kernel,
+    tile: &Tile,
+    file_ids: &[u32],
+    t_per_w: f32,
+    out: &mut PlaneTile<'_, Hit>,
+) {
+    // Compiled for each width, so that the compiler's own vectors are wide too.
+    dispatch!(kernel, _simd => write_hits_plainly(tile, file_ids, t_per_w, out));
+}
+
+#[inline(always)]
+fn write_hits_plainly(tile: &Tile, file_ids: &[u32], t_per_w: f32, out: &mut PlaneTile<'_, Hit>) {
+    let mut rows = [[Hit::NONE; TILE]; 4];
+    for by in 0..out.height.div_ceil(4) {
+        for bx in 0..BLOCKS {
+            let at = block_offset(bx, by);
+            let ids: &[u32; 16] = tile.id[at..at + 16]
+                .try_into()
+                .expect("a block has 16 pixels");
+            let z: &[f32; 16] = tile.z[at..at + 16]
+                .try_into()
+                .expect("a block has 16 pixels");
+            let mut file = [MISS; 16];
+            if ids.iter().all(|&id| id == ids[0]) {
+                file = [file_ids.get(ids[0] as usize).copied().unwrap_or(MISS); 16];
             } else {
-                Hit {
-                    id: file_ids[id as usize],
-                    t: (1.0 / tile.z[at]) * t_per_w,
+                for (file, &id) in file.iter_mut().zip(ids) {
+                    *file = file_ids.get(id as usize).copied().unwrap_or(MISS);
                 }
-            };
+            }
+            // A miss has z = 0: 1/0 is the infinity that it shall show.
+            let t = z.map(|z| (1.0 / z) * t_per_w);
+            for lane in 0..16 {
+                rows[lane / 4][4 * bx + lane % 4] = Hit {
+                    id: file[lane],
+                    t: t[lane],
+                };
+            }
+        }
+        for (y, row) in rows.iter().enumerate().take(out.height - 4 * by) {
+            let width = out.width;
+            out.row(4 * by + y).copy_from_slice(&row[..width]);
         }
     }
 }

@@ -4,7 +4,9 @@
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
 use super::{BlockRow, BlockRowPlace, Shader, dot, pixel};
-use crate::simd::{Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, dispatch, lanes, load};
+use crate::simd::{
+    Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, SimdMask, dispatch, lanes, load,
+};
 use crate::trace::Tile;
 use crate::trace::tile::{BLOCKS, block_offset};
 
@@ -37,57 +39,55 @@ fn mirror_row<S: Lanes>(
 ) {
     for bx in 0..BLOCKS {
         let at = block_offset(bx, place.by);
-        let mut pixels = [0u32; 16];
-        let z = &tile.z[at..at + 16];
-        if z.iter().any(|&z| z > 0.0) {
-            mirror_block(
-                simd,
-                shader,
-                tile,
-                at,
-                (place.x + 4 * bx, place.y),
-                &mut pixels,
-            );
-        }
+        let pixels = mirror_block(simd, shader, tile, at, place.x + 4 * bx, place.y);
         for (row, four) in rows.iter_mut().zip(pixels.chunks_exact(4)) {
             row[4 * bx..4 * bx + 4].copy_from_slice(four);
         }
     }
 }
 
+/// The pixels of the 4x4 block at memory place `at` of the tile, whose first pixel is (`x`, `y`) of the picture.
 #[inline(always)]
 fn mirror_block<S: Lanes>(
     simd: S,
     shader: &Shader<'_>,
     tile: &Tile,
     at: usize,
-    (x, y): (usize, usize),
-    pixels: &mut [u32; 16],
-) {
+    x: usize,
+    y: usize,
+) -> [u32; 16] {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
         };
     }
     let records = shader.world.mirror_records();
-    let ids: &[u32; 16] = tile.id[at..at + 16]
-        .try_into()
-        .expect("a block has 16 pixels");
-    let uniform = ids.iter().all(|&id| id == ids[0]);
-    let rays = &shader.rays;
-    let zero = splat!(0.0);
+    let mut pixels = [0u32; 16];
+    // Misses read the first record and are blanked in the end.
+    let mut known = [0u32; 16];
+    let (mut any_hit, mut uniform) = (false, true);
+    let first = S::u32s::splat(simd, tile.id[at]);
+    let (zero, nothing) = (splat!(0.0), S::u32s::splat(simd, 0));
     let mut s = 0;
     while s < 16 {
         let hit = load(simd, &tile.z, at + s).simd_gt(zero);
+        let ids = S::u32s::from_slice(simd, &tile.id[at + s..at + s + lanes::<S>()]);
+        any_hit |= hit.any_true();
+        uniform &= ids.simd_eq(first).all_true();
+        hit.select(ids, nothing)
+            .store_slice(&mut known[s..s + lanes::<S>()]);
+        s += lanes::<S>();
+    }
+    if !any_hit {
+        return pixels;
+    }
+    let rays = &shader.rays;
+    let mut s = 0;
+    while s < 16 {
         let m = if uniform {
-            let [x, y, z, c] = records[ids[0] as usize];
+            let [x, y, z, c] = records[known[0] as usize];
             [splat!(x), splat!(y), splat!(z), splat!(c)]
         } else {
-            // Misses read some record and are blanked below.
-            let mut known = *ids;
-            known
-                .iter_mut()
-                .for_each(|id| *id = if *id == u32::MAX { 0 } else { *id });
             simd.gather4(records, &known[s..s + lanes::<S>()])
         };
         let px = load(simd, &LANE_X, s) + splat!(x as f32);
@@ -104,17 +104,20 @@ fn mirror_block<S: Lanes>(
         let color: S::u32s = m[3].bitcast();
         macro_rules! channel {
             ($shift:expr) => {{
-                let c: S::f32s = ((color >> $shift) & S::u32s::splat(simd, 255)).to_float();
+                let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
+                let c: S::f32s = c.to_float();
                 let c = (shown * c).round_ties_even().max(zero).min(splat!(255.0));
-                let c: S::u32s = c.to_int();
-                c << $shift
+                let c: S::i32s = c.to_int();
+                c.bitcast::<S::u32s>() << $shift
             }};
         }
         let rgb = channel!(16) | channel!(8) | channel!(0);
-        let out = hit.select(rgb, S::u32s::splat(simd, 0));
-        out.store_slice(&mut pixels[s..s + lanes::<S>()]);
+        let hit = load(simd, &tile.z, at + s).simd_gt(zero);
+        hit.select(rgb, nothing)
+            .store_slice(&mut pixels[s..s + lanes::<S>()]);
         s += lanes::<S>();
     }
+    pixels
 }
 
 /// The formula that the report prints, `r = 3a − 2(a·n)n` for unit `n`: then `L·r = (3L − 2(L·n)n)·a` and

@@ -39,16 +39,18 @@ pub struct Candidate<'a> {
     pub file_ids: &'a [u32],
 }
 
-impl Candidate<'_> {
-    /// The corners in the tile's frame.
-    pub fn corners<S: Lanes>(&self, simd: S) -> [Uvw; 3] {
-        [0, 1, 2].map(|corner| {
-            let [u, v, w, _] = simd.vertex(self.vertices, self.leaf.vertex_of(corner, self.place));
-            Uvw { u, v, w }
-        })
-    }
+/// The corners, in the tile's frame, of the triangle at a place of a leaf.
+pub fn corners_of<S: Lanes>(
+    simd: S,
+    leaf: Leaf<'_>,
+    place: usize,
+    vertices: &VertexScratch,
+) -> [Uvw; 3] {
+    [0, 1, 2].map(|corner| {
+        let [u, v, w, _] = simd.vertex(vertices, leaf.vertex_of(corner, place));
+        Uvw { u, v, w }
+    })
 }
-
 /// One triangle's coefficients in every lane.
 #[derive(Clone, Copy)]
 pub struct Broadcast<S: Lanes> {
@@ -185,7 +187,7 @@ fn cover_exactly<S: Lanes>(
     block: usize,
     who: &Candidate<'_>,
 ) -> bool {
-    let corners = who.corners(simd);
+    let corners = corners_of(simd, who.leaf, who.place, who.vertices);
     let mut won = false;
     for (lane, &z) in z.iter().enumerate().take(lanes::<S>()) {
         let pixel = (at + lane) & 15;

@@ -7,11 +7,14 @@
 pub mod brute;
 mod coverage;
 pub mod depth;
+mod doubt;
 pub mod exact;
 mod frustum;
 mod leaf;
+mod raster;
 pub mod space;
 pub mod tile;
+mod vec3s;
 mod walk;
 
 pub use space::{Rig, TILE, TileSpace};

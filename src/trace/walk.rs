@@ -2,7 +2,7 @@
 
 use super::brute;
 use super::frustum::Frustum;
-use super::leaf::{self, LeafContext, Scratch, TAME};
+use super::leaf::{self, Guard, LeafContext, Scratch, TAME};
 use super::space::{TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
 use crate::bvh::{Bvh, Child, Node};
@@ -115,6 +115,7 @@ pub struct Tracer {
     waiting: [Entry; WAITING],
     horizon: Horizon,
     scratch: Box<Scratch>,
+    guard: Guard,
 }
 
 impl Default for Tracer {
@@ -125,11 +126,23 @@ impl Default for Tracer {
             waiting: [Entry::NONE; WAITING],
             horizon: Horizon::OPEN,
             scratch: Box::new(Scratch::NEW),
+            guard: Guard::ON,
         }
     }
 }
 
 impl Tracer {
+    /// A tracer that trusts its rounded edge functions and never asks the exact test. Its pictures have holes: it
+    /// exists for the test that shows that such holes are noticed.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn without_guard() -> Tracer {
+        Tracer {
+            guard: Guard::OFF,
+            ..Tracer::default()
+        }
+    }
+
     /// Traces one tile; the hits are in [`Tracer::tile`]. `COST` counts tests too. Returns false when nothing was
     /// hit.
     ///
@@ -160,6 +173,7 @@ impl Tracer {
             waiting,
             horizon,
             scratch,
+            guard,
         } = self;
         *horizon = Horizon::OPEN;
         let frustum = Frustum::new(space);
@@ -167,6 +181,7 @@ impl Tracer {
             space,
             file_ids: &bvh.file_ids,
             tile_far: f32::INFINITY,
+            guard: *guard,
         };
         let mut hit = 0;
         stack[0] = Entry {

@@ -30,6 +30,13 @@ pub fn say(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
+/// Ends the line of a bar that may be on the terminal.
+pub fn leave_bar() {
+    if io::stderr().is_terminal() {
+        say("");
+    }
+}
+
 /// True when words may be coloured.
 #[must_use]
 pub fn color() -> bool {

@@ -103,8 +103,7 @@ impl fmt::Display for Failure {
                 writeln!(f, "error: {text}\n\nFor more information, try '--help'.")
             }
             Failure::BadScene(text) => writeln!(f, "{}", text.trim_end()),
-            Failure::Interrupted => writeln!(f, "stopped"),
-            Failure::OutputClosed => Ok(()),
+            Failure::Interrupted | Failure::OutputClosed => Ok(()),
         }
     }
 }

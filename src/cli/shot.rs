@@ -15,6 +15,7 @@ use crate::render::{Progress, ViewMode};
 /// # Errors
 /// Usage: an extension that is none of ours, or `.npy` for a view that has no numbers.
 pub fn format_of(path: &Path, mode: ViewMode) -> Result<Format, Failure> {
+    let path = target(path);
     let known = || {
         Format::ALL
             .map(|f| format!(".{}", f.extension()))

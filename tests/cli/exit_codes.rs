@@ -74,6 +74,11 @@ fn devices_are_written_directly_and_a_full_one_is_a_failure() {
     assert!(to_stdout.status.success());
     folder.run(&[&render[..], &["x.bmp"]].concat()).ok();
     assert_eq!(to_stdout.stdout, folder.read("x.bmp"));
+    let dash = folder
+        .command(&[&render[..], &["-"]].concat())
+        .output()
+        .unwrap();
+    assert_eq!(dash.stdout, to_stdout.stdout);
     let full = std::fs::File::create("/dev/full").unwrap();
     let printing = folder
         .command(&["info", "scene.txt"])

@@ -27,8 +27,8 @@ pub(super) struct Decimal<'t> {
     negative: bool,
     mantissa: u64,
     exponent: i32,
-    /// False when the number has more digits than `mantissa` can hold.
-    complete: bool,
+    /// Digits without leading zeros; beyond [`MAX_DIGITS`] they do not fit `mantissa`.
+    significant: u32,
 }
 
 impl<'t> Decimal<'t> {
@@ -63,13 +63,18 @@ impl<'t> Decimal<'t> {
             negative,
             mantissa: digits.value,
             exponent,
-            complete: digits.significant <= MAX_DIGITS,
+            significant: digits.significant,
         })
     }
 
     /// How many bytes the number takes.
     pub(super) fn len(&self) -> usize {
         self.text.len()
+    }
+
+    /// True for nothing but zeros, as written: 1e-999 is not.
+    pub(super) fn is_zero(&self) -> bool {
+        self.significant == 0
     }
 
     /// The nearest `f32`, ties to even; infinite beyond its range, possibly zero.
@@ -95,7 +100,7 @@ impl<'t> Decimal<'t> {
     /// The nearest `f64`, when one operation on exact operands gives it (Clinger's fast path).
     #[inline]
     fn exact_product(self) -> Option<f64> {
-        if !self.complete || self.mantissa > MAX_EXACT_INTEGER {
+        if self.significant > MAX_DIGITS || self.mantissa > MAX_EXACT_INTEGER {
             return None;
         }
         let power = *EXACT_POWERS.get(self.exponent.unsigned_abs() as usize)?;

@@ -12,7 +12,7 @@ use robust::{Coord, Coord3D};
 use super::error::{
     Expected, Found, Location, Locator, ParseError, ParseErrorKind, ParseErrors, Point,
 };
-use super::lexer::Cursor;
+use super::lexer::{Cursor, count_words, is_blank};
 use super::model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
 use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
@@ -159,10 +159,9 @@ impl<'t> Parser<'t> {
     fn light(&mut self) -> Result<Vec3, Halt> {
         let (light, span) = self.point(Point::Light)?;
         if light == Vec3::ZERO {
-            let written = &self.cursor.text()[span.clone()];
-            let rounded = written.iter().any(|b| matches!(b, b'1'..=b'9'));
-            let help =
-                rounded.then(|| String::from("smaller numbers than about 1e-45 are read as 0"));
+            let mut words = Cursor::at(&self.cursor.text()[..span.end], span.start);
+            let rounded = std::iter::from_fn(|| words.decimal()).any(|d| !d.is_zero());
+            let help = rounded.then(|| String::from("numbers below 7e-46 are read as 0"));
             self.note(span, ParseErrorKind::ZeroLight, help)?;
         }
         Ok(light)
@@ -227,7 +226,11 @@ impl<'t> Parser<'t> {
                 self.end(Expected::EndAfter(count))?;
                 Ok(operations)
             }
-            _ => self.halt(span, expected),
+            _ => {
+                let help = tail_help(self.cursor.text(), &span, triangles);
+                self.unexpected_with_help(span, expected, help)?;
+                Err(Halt)
+            }
         }
     }
 
@@ -242,7 +245,7 @@ impl<'t> Parser<'t> {
             Some(b'x') => Axis::X,
             Some(b'y') => Axis::Y,
             Some(b'z') => Axis::Z,
-            _ if self.bytes(&span).first() == Some(&b'<') => {
+            _ if matches!(self.bytes(&span), [b'<', _]) => {
                 self.unexpected(span, expected)?;
                 Axis::X
             }
@@ -355,7 +358,11 @@ impl<'t> Parser<'t> {
 
     /// Behind the last word or comment.
     pub(super) fn end_span(&self) -> Range<usize> {
-        let end = self.cursor.text().trim_ascii_end().len();
+        let text = self.cursor.text();
+        let end = text
+            .iter()
+            .rposition(|b| !is_blank(*b))
+            .map_or(0, |i| i + 1);
         end..end
     }
 
@@ -389,8 +396,9 @@ impl<'t> Parser<'t> {
         let bytes = self.bytes(&word);
         if let Err(error) = std::str::from_utf8(bytes) {
             let at = word.start + error.valid_up_to();
+            let end = error.error_len().map_or(word.end, |len| at + len);
             let byte = self.cursor.text()[at];
-            return self.note(at..at + 1, ParseErrorKind::NotUtf8 { expected, byte }, None);
+            return self.note(at..end, ParseErrorKind::NotUtf8 { expected, byte }, None);
         }
         let found = Found::word(bytes);
         let kind = if is_right_kind(bytes, expected) {
@@ -444,17 +452,43 @@ fn is_right_kind(word: &[u8], expected: Expected) -> bool {
 }
 
 /// Advice for mistakes that are easily made.
-fn hint(word: &[u8], expected: Expected) -> Option<String> {
-    let number = matches!(expected, Expected::Coordinate(..) | Expected::Angle(_));
-    if number && word.contains(&b',') {
+pub(super) fn hint(word: &[u8], expected: Expected) -> Option<String> {
+    let number = matches!(
+        expected,
+        Expected::Coordinate(..) | Expected::Angle(_) | Expected::Color { .. }
+    );
+    let text = String::from_utf8_lossy(&word[..word.len().min(100)]);
+    let advice = if number && text.contains(',') {
+        "decimals take a point, and white space stands between numbers"
+    } else if text.chars().any(|c| c.is_whitespace() && !c.is_ascii()) {
+        "only blanks, tabs and line ends count as white space"
+    } else if matches!(word, [b'<', letter, _, ..] if letter.is_ascii_alphabetic()) {
+        "white space must follow the letter"
+    } else {
+        return None;
+    };
+    Some(String::from(advice))
+}
+
+/// What may have led to a number after the last triangle.
+fn tail_help(text: &[u8], word: &Range<usize>, triangles: u64) -> Option<String> {
+    Decimal::scan(&text[word.clone()])?;
+    if triangles == 0 {
         return Some(String::from(
-            "decimals take a point, and white space stands between numbers",
+            "the 0 before it was read as the number of triangles",
         ));
     }
-    if word.len() > 2 && word.starts_with(b"<") && word[1].is_ascii_alphabetic() {
-        return Some(String::from("white space must follow the letter"));
-    }
-    None
+    let line_start = text[..word.start]
+        .iter()
+        .rposition(|b| *b == b'\n')
+        .map_or(0, |i| i + 1);
+    let words_before = count_words(&text[line_start..word.start]);
+    let shifted = !words_before.is_multiple_of(WORDS_PER_TRIANGLE);
+    shifted.then(|| {
+        String::from(
+            "the last triangle ends within this line: an earlier one may have a number too many",
+        )
+    })
 }
 
 /// True when the points lie on one line; exact.

@@ -11,7 +11,7 @@ use super::error::{Channel, Expected, Found, Point};
 use super::lexer::{Cursor, count_words};
 use super::model::Axis;
 use super::number::{Decimal, Whole, whole};
-use super::parser::{Halt, Parser, WORDS_PER_TRIANGLE, fewer, is_tail};
+use super::parser::{Halt, Parser, WORDS_PER_TRIANGLE, fewer, hint, is_tail};
 
 /// Help about a line's number of words is given up to this many words too few or too many.
 const NEARLY: usize = 3;
@@ -23,6 +23,7 @@ impl Parser<'_> {
         let start = self.cursor;
         let line = Line::around(&start);
         let own_line = line.is_one_triangle();
+        let mut given = None;
         for word_index in 0..WORDS_PER_TRIANGLE {
             let expected = expected(triangle, word_index);
             let Some(word) = self.cursor.peek() else {
@@ -44,7 +45,12 @@ impl Parser<'_> {
             }
             let shifted = verdict == Verdict::Shifted && !own_line;
             if !shifted {
-                self.unexpected(word, expected)?;
+                // The same advice once a triangle: commas tend to stand behind all of its numbers.
+                let advice = hint(bytes, expected);
+                if advice.is_none() || advice != given {
+                    self.unexpected_with_help(word, expected, advice.clone())?;
+                    given = advice;
+                }
                 continue;
             }
             self.unexpected_with_help(word, expected, line.help())?;

@@ -9,10 +9,10 @@ use std::ops::Range;
 use glam::Vec3;
 use robust::{Coord, Coord3D};
 
-use super::error::{
-    Expected, Found, Location, Locator, ParseError, ParseErrorKind, ParseErrors, Point,
-};
-use super::lexer::{Cursor, count_words, is_blank};
+use super::advice::{hint, tail_help};
+use super::error::{Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
+use super::lexer::{Cursor, is_blank};
+use super::locate::Locator;
 use super::model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
 use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
@@ -66,7 +66,7 @@ pub(super) struct Parser<'t> {
 }
 
 impl<'t> Parser<'t> {
-    fn new(text: &'t [u8], plan: Plan) -> Parser<'t> {
+    pub(super) fn new(text: &'t [u8], plan: Plan) -> Parser<'t> {
         Parser {
             cursor: Cursor::new(text),
             faults: Vec::new(),
@@ -126,7 +126,7 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn camera(&mut self) -> Result<CameraSetting, Halt> {
+    pub(super) fn camera(&mut self) -> Result<CameraSetting, Halt> {
         let (span, letter) = self.keyword(Expected::Camera)?;
         match letter {
             Some(b'd') => Ok(CameraSetting::Default),
@@ -156,7 +156,7 @@ impl<'t> Parser<'t> {
         })
     }
 
-    fn light(&mut self) -> Result<Vec3, Halt> {
+    pub(super) fn light(&mut self) -> Result<Vec3, Halt> {
         let (light, span) = self.point(Point::Light)?;
         if light == Vec3::ZERO {
             let mut words = Cursor::at(&self.cursor.text()[..span.end], span.start);
@@ -313,7 +313,7 @@ impl<'t> Parser<'t> {
     }
 
     /// The next word as a count; `None` when it is not one, which is noted.
-    fn count(&mut self, expected: Expected) -> Result<Option<u64>, Halt> {
+    pub(super) fn count(&mut self, expected: Expected) -> Result<Option<u64>, Halt> {
         let Some(word) = self.cursor.peek() else {
             let span = self.end_span();
             let found = Found::End;
@@ -451,46 +451,6 @@ fn is_right_kind(word: &[u8], expected: Expected) -> bool {
     }
 }
 
-/// Advice for mistakes that are easily made.
-pub(super) fn hint(word: &[u8], expected: Expected) -> Option<String> {
-    let number = matches!(
-        expected,
-        Expected::Coordinate(..) | Expected::Angle(_) | Expected::Color { .. }
-    );
-    let text = String::from_utf8_lossy(&word[..word.len().min(100)]);
-    let advice = if number && text.contains(',') {
-        "decimals take a point, and white space stands between numbers"
-    } else if text.chars().any(|c| c.is_whitespace() && !c.is_ascii()) {
-        "only blanks, tabs and line ends count as white space"
-    } else if matches!(word, [b'<', letter, _, ..] if letter.is_ascii_alphabetic()) {
-        "white space must follow the letter"
-    } else {
-        return None;
-    };
-    Some(String::from(advice))
-}
-
-/// What may have led to a number after the last triangle.
-fn tail_help(text: &[u8], word: &Range<usize>, triangles: u64) -> Option<String> {
-    Decimal::scan(&text[word.clone()])?;
-    if triangles == 0 {
-        return Some(String::from(
-            "the 0 before it was read as the number of triangles",
-        ));
-    }
-    let line_start = text[..word.start]
-        .iter()
-        .rposition(|b| *b == b'\n')
-        .map_or(0, |i| i + 1);
-    let words_before = count_words(&text[line_start..word.start]);
-    let shifted = !words_before.is_multiple_of(WORDS_PER_TRIANGLE);
-    shifted.then(|| {
-        String::from(
-            "the last triangle ends within this line: an earlier one may have a number too many",
-        )
-    })
-}
-
 /// True when the points lie on one line; exact.
 fn on_one_line(a: Vec3, b: Vec3, c: Vec3) -> bool {
     // They do when their shadows on all three planes of two axes do.
@@ -514,31 +474,43 @@ fn in_one_plane(points: [Vec3; 4]) -> bool {
     robust::orient3d(a, b, c, d) == 0.0
 }
 
-/// Where the triangles with the given ids stand in a text that [`parse`] accepts: from the first to the last of
-/// their twelve words. `ids` must ascend; reading stops at the first that is not there. One pass over the
-/// text.
-#[must_use]
-pub fn locate_triangles(text: &[u8], ids: impl IntoIterator<Item = usize>) -> Vec<Location> {
-    let mut parser = Parser::new(text, Plan::default());
-    let header = (|| {
-        parser.camera()?;
-        parser.light()?;
-        parser.count(Expected::TriangleCount)
-    })();
-    let count = header.ok().flatten().unwrap_or(0);
-    let mut cursor = parser.cursor;
-    let mut locator = Locator::new(text);
-    let mut next = 0;
-    let locate = |id: usize| {
-        assert!(id >= next, "ids must ascend");
-        if id as u64 >= count {
-            return None;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_on_a_line_are_told_from_points_next_to_it() {
+        // Doubling is exact; the triple is rounded, and so beside the line by less than its last bit.
+        let a = Vec3::new(0.1, 0.2, 0.3);
+        assert!(on_one_line(a, a * 2.0, a * 4.0));
+        assert!(!on_one_line(a, a * 2.0, a * 3.0));
+        for scale in [f32::MIN_POSITIVE, 1.0, 1e38] {
+            let next = Vec3::new(scale.next_up(), scale, scale);
+            assert!(on_one_line(
+                Vec3::ZERO,
+                Vec3::splat(scale),
+                Vec3::splat(-scale)
+            ));
+            assert!(
+                !on_one_line(Vec3::ZERO, Vec3::splat(scale), next),
+                "{scale}"
+            );
         }
-        cursor.skip_words((id - next) * WORDS_PER_TRIANGLE);
-        next = id + 1;
-        let start = cursor.word()?.start;
-        cursor.skip_words(WORDS_PER_TRIANGLE - 1);
-        Some(locator.locate(start..cursor.offset()))
-    };
-    ids.into_iter().map_while(locate).collect()
+    }
+
+    #[test]
+    fn an_eye_in_the_plane_is_told_from_one_next_to_it() {
+        // Powers of two, so that all points but the last are exact.
+        for scale in [f32::MIN_POSITIVE, 1.0, 2f32.powi(126)] {
+            let (o, a, b) = (Vec3::splat(scale), Vec3::X * scale, Vec3::Y * scale);
+            // z = x + y - 1, in units of `scale`.
+            assert!(in_one_plane([Vec3::new(0.5, 0.75, 0.25) * scale, o, a, b]));
+            let beside = Vec3::new(0.5, 0.75, 0.25f32.next_up()) * scale;
+            assert_eq!(
+                in_one_plane([beside, o, a, b]),
+                beside.z == 0.25 * scale,
+                "{scale}"
+            );
+        }
+    }
 }

@@ -154,3 +154,26 @@ fn finite(finite: bool) -> io::Result<()> {
     let message = "the scene holds a number that is not finite, which a scene file cannot say";
     Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_take_few_digits() {
+        let mut text = Text::default();
+        text.point(Vec3::new(1.0, -0.0, 0.1)).unwrap();
+        text.point(Vec3::new(-1e-45, f32::MAX, 0.000_25)).unwrap();
+        assert_eq!(text.0, "1 -0 0.1 -1e-45 3.4028235e38 0.00025 ");
+    }
+
+    #[test]
+    fn colours_are_written_without_leading_zeros() {
+        let mut text = Text::default();
+        for value in [0, 9, 10, 99, 100, 205, 255] {
+            text.color(value);
+        }
+        text.end_line();
+        assert_eq!(text.0, "0 9 10 99 100 205 255\n");
+    }
+}

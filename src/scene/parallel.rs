@@ -18,16 +18,25 @@ pub(super) struct Plan {
     pub(super) min_bytes: usize,
     /// About how long a piece is.
     pub(super) piece_bytes: usize,
+    /// Whether a pool of one thread reads in pieces, too: slower, but a test.
+    pub(super) even_alone: bool,
 }
 
 impl Default for Plan {
-    /// By measurement: small enough to share well, large enough that starting one costs nothing.
+    /// Pieces small enough to share well, and so large (1 ms) that starting one costs nothing.
     fn default() -> Plan {
-        let alone = rayon::current_num_threads() == 1;
         Plan {
-            min_bytes: if alone { usize::MAX } else { 1 << 18 },
+            min_bytes: 1 << 18,
             piece_bytes: 1 << 18,
+            even_alone: false,
         }
+    }
+}
+
+impl Plan {
+    /// Asks for the pool, and so perhaps starts one, only for a large text.
+    fn is_worthwhile(self, bytes: usize) -> bool {
+        bytes >= self.min_bytes && (self.even_alone || rayon::current_num_threads() > 1)
     }
 }
 
@@ -46,7 +55,7 @@ pub(super) fn triangles<'t>(
     plan: Plan,
 ) -> Option<(Vec<Triangle>, Cursor<'t>)> {
     let text = cursor.text();
-    if text.len() - cursor.offset() < plan.min_bytes {
+    if !plan.is_worthwhile(text.len() - cursor.offset()) {
         return None;
     }
     let ranges = cut_at_lines(cursor, plan.piece_bytes);
@@ -128,6 +137,7 @@ mod tests {
     const SEQUENTIAL: Plan = Plan {
         min_bytes: usize::MAX,
         piece_bytes: 1,
+        even_alone: false,
     };
 
     /// A scene of up to 60 triangles, in a layout of its own: any white space, comments here and there.
@@ -176,6 +186,7 @@ mod tests {
             let plan = Plan {
                 min_bytes: 0,
                 piece_bytes: 1 + rng.below(500) as usize,
+                even_alone: true,
             };
             let expected = parse_with(&text, SEQUENTIAL);
             *if expected.is_ok() {
@@ -201,6 +212,7 @@ mod tests {
             let plan = Plan {
                 min_bytes: 0,
                 piece_bytes,
+                even_alone: true,
             };
             let (triangles, end) = triangles(cursor, 40, plan).expect("nothing is wrong with it");
             assert_eq!(triangles.len(), 40);
@@ -215,6 +227,7 @@ mod tests {
         let plan = Plan {
             min_bytes: 0,
             piece_bytes: 8,
+            even_alone: true,
         };
         assert!(triangles(cursor, 2, plan).is_none());
         assert!(triangles(cursor, u64::MAX, plan).is_none());

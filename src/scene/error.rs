@@ -3,21 +3,9 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::lexer::BOM;
+use super::locate::Location;
 use super::model::Axis;
 use super::snippet::{Severity, annotate};
-
-/// A place in a scene file's text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Location {
-    /// From 1; lines end at LF.
-    pub line: usize,
-    /// From 1, in characters; a byte that is not UTF-8 counts as one, a byte-order mark as none.
-    pub column: usize,
-    /// The bytes meant, counted from the start of the text (byte-order mark included). Empty at the end of
-    /// the file. May reach over several lines; pictures of it stop at the end of the first.
-    pub span: Range<usize>,
-}
 
 /// Everything found wrong with one file, in the order in which it was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -410,72 +398,9 @@ impl fmt::Display for ParseErrors {
 
 impl std::error::Error for ParseErrors {}
 
-/// Turns offsets into lines and columns; fast when they ascend.
-pub(super) struct Locator<'t> {
-    text: &'t [u8],
-    /// Line number and first byte of the line last asked for.
-    line: usize,
-    line_start: usize,
-}
-
-impl<'t> Locator<'t> {
-    pub(super) fn new(text: &'t [u8]) -> Locator<'t> {
-        Locator {
-            text,
-            line: 1,
-            line_start: 0,
-        }
-    }
-
-    /// The place of `span`. O(bytes since the last one).
-    pub(super) fn locate(&mut self, span: Range<usize>) -> Location {
-        if span.start < self.line_start {
-            *self = Locator::new(self.text);
-        }
-        let passed = &self.text[self.line_start..span.start];
-        self.line += passed.iter().filter(|b| **b == b'\n').count();
-        if let Some(last) = passed.iter().rposition(|b| *b == b'\n') {
-            self.line_start += last + 1;
-        }
-        let before = &self.text[self.line_start..span.start];
-        let before = before
-            .strip_prefix(BOM)
-            .filter(|_| self.line == 1)
-            .unwrap_or(before);
-        Location {
-            line: self.line,
-            column: 1 + count_chars(before),
-            span,
-        }
-    }
-}
-
-/// Characters of `bytes`; each broken sequence counts as one.
-fn count_chars(bytes: &[u8]) -> usize {
-    bytes
-        .utf8_chunks()
-        .map(|chunk| chunk.valid().chars().count() + usize::from(!chunk.invalid().is_empty()))
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn columns_count_characters() {
-        let text = "\u{feff}é\tx\r\nüx".as_bytes();
-        let mut locator = Locator::new(text);
-        let mut place = |needle: usize| {
-            let at = locator.locate(needle..needle);
-            (at.line, at.column)
-        };
-        assert_eq!(place(3), (1, 1));
-        assert_eq!(place(6), (1, 3));
-        assert_eq!(place(11), (2, 2));
-        assert_eq!(place(6), (1, 3));
-        assert_eq!(Locator::new(b"\xff\xff9").locate(2..3).column, 3);
-    }
 
     #[test]
     fn long_and_unprintable_words_are_told_briefly() {

@@ -97,9 +97,9 @@ impl<'t> Cursor<'t> {
         }
     }
 
-    /// Moves over the next word when it is a number, and gives it.
+    /// Moves over the next word when it is a number, and gives it. After `None` the cursor stands at the word.
     #[inline]
-    fn decimal(&mut self) -> Option<Decimal<'t>> {
+    pub(super) fn decimal(&mut self) -> Option<Decimal<'t>> {
         self.skip_blank();
         let rest = &self.text[self.at..];
         let decimal = Decimal::scan(rest)?;

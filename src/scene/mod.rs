@@ -3,14 +3,16 @@
 //! [`parse`] reads in layers: `lexer` cuts the bytes into words, `number` turns words into numbers, `parser`
 //! knows which word may come next. Two helpers stand beside the parser: `parallel` reads the triangles of
 //! large files on all threads and knows only right and wrong; `recover` finds the words for what is wrong and
-//! the place to go on. [`write()`] is the way back, to the bit.
+//! the place to go on, with a guess from `advice` at what led to it. [`write()`] is the way back, to the bit.
 //!
 //! Errors ([`ParseErrors`]) carry their places; `snippet` shows a place with its line and a caret. What is odd
 //! but allowed, such as a triangle without area, is for geometry to decide: [`locate_triangles`] gives the
 //! places and [`annotate`] shows them.
 
+mod advice;
 mod error;
 mod lexer;
+mod locate;
 mod model;
 mod number;
 mod parallel;
@@ -21,10 +23,9 @@ mod snippet;
 mod testing;
 mod writer;
 
-pub use error::{
-    Channel, Expected, Found, Location, ParseError, ParseErrorKind, ParseErrors, Point,
-};
+pub use error::{Channel, Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
+pub use locate::{Location, locate_triangles};
 pub use model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
-pub use parser::{locate_triangles, parse};
+pub use parser::parse;
 pub use snippet::{Severity, annotate};
 pub use writer::{camera_text, write};

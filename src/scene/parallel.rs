@@ -18,16 +18,25 @@ pub(super) struct Plan {
     pub(super) min_bytes: usize,
     /// About how long a piece is.
     pub(super) piece_bytes: usize,
+    /// Whether a pool of one thread reads in pieces, too: slower, but a test.
+    pub(super) even_alone: bool,
 }
 
 impl Default for Plan {
-    /// By measurement: small enough to share well, large enough that starting one costs nothing.
+    /// Pieces small enough to share well, and so large (1 ms) that starting one costs nothing.
     fn default() -> Plan {
-        let alone = rayon::current_num_threads() == 1;
         Plan {
-            min_bytes: if alone { usize::MAX } else { 1 << 18 },
+            min_bytes: 1 << 18,
             piece_bytes: 1 << 18,
+            even_alone: false,
         }
+    }
+}
+
+impl Plan {
+    /// Asks for the pool, and so perhaps starts one, only for a large text.
+    fn is_worthwhile(self, bytes: usize) -> bool {
+        bytes >= self.min_bytes && (self.even_alone || rayon::current_num_threads() > 1)
     }
 }
 
@@ -46,7 +55,7 @@ pub(super) fn triangles<'t>(
     plan: Plan,
 ) -> Option<(Vec<Triangle>, Cursor<'t>)> {
     let text = cursor.text();
-    if text.len() - cursor.offset() < plan.min_bytes {
+    if !plan.is_worthwhile(text.len() - cursor.offset()) {
         return None;
     }
     let ranges = cut_at_lines(cursor, plan.piece_bytes);
@@ -115,4 +124,113 @@ fn cut_at_lines(cursor: Cursor, bytes: usize) -> Vec<std::ops::Range<usize>> {
         start = end;
     }
     pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use super::*;
+    use crate::scene::parser::parse_with;
+    use crate::scene::testing::SplitMix64;
+
+    const SEQUENTIAL: Plan = Plan {
+        min_bytes: usize::MAX,
+        piece_bytes: 1,
+        even_alone: false,
+    };
+
+    /// A scene of up to 60 triangles, in a layout of its own: any white space, comments here and there.
+    fn random_text(rng: &mut SplitMix64) -> Vec<u8> {
+        const GAPS: [&str; 8] = [" ", " ", " ", "\t ", "\r\n", "\n\n", " # 1 2 3\n", "#é\n  "];
+        let count = rng.below(60);
+        let mut text = format!("<d 0 0 1 {count}");
+        let one_a_line = rng.below(2) == 0;
+        let gap = |rng: &mut SplitMix64| GAPS[rng.below(if one_a_line { 4 } else { 8 }) as usize];
+        for _ in 0..count {
+            text += if one_a_line { "\n" } else { gap(rng) };
+            for word in 0..WORDS_PER_TRIANGLE {
+                let value = rng.below(256);
+                let written = match word {
+                    0..9 => write!(text, "{}.{value}", rng.below(100)),
+                    _ => write!(text, "{value}"),
+                };
+                written.unwrap();
+                text += gap(rng);
+            }
+        }
+        text += ["", "<n", "\n<o 1 <x 0.5\n", "<o 2 <y 1"][rng.below(4) as usize];
+        text.into_bytes()
+    }
+
+    /// Up to two bytes changed, removed or doubled.
+    fn mutate(text: &mut Vec<u8>, rng: &mut SplitMix64) {
+        const BYTES: &[u8] = b"0 \n#<x,.-9\0\xff";
+        for _ in 0..rng.below(3) {
+            let at = rng.below(text.len() as u64) as usize;
+            match rng.below(3) {
+                0 => text[at] = BYTES[rng.below(BYTES.len() as u64) as usize],
+                1 => drop(text.remove(at)),
+                _ => text.insert(at, text[at]),
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_reading_gives_the_same_scene_and_the_same_errors() {
+        let (mut good, mut bad) = (0, 0);
+        for seed in 0..3000 {
+            let mut rng = SplitMix64::new(seed);
+            let mut text = random_text(&mut rng);
+            mutate(&mut text, &mut rng);
+            let plan = Plan {
+                min_bytes: 0,
+                piece_bytes: 1 + rng.below(500) as usize,
+                even_alone: true,
+            };
+            let expected = parse_with(&text, SEQUENTIAL);
+            *if expected.is_ok() {
+                &mut good
+            } else {
+                &mut bad
+            } += 1;
+            assert_eq!(parse_with(&text, plan), expected, "seed {seed}, {plan:?}");
+        }
+        assert!(good > 500 && bad > 500, "one-sided: {good} good, {bad} bad");
+    }
+
+    #[test]
+    fn good_texts_are_read_in_parallel_without_falling_back() {
+        for (piece_bytes, lines) in [(1, 40), (7, 40), (100, 40), (100, 0), (1 << 20, 40)] {
+            let mut text = String::from("<d 0 0 1 40 ");
+            for i in 0..40 {
+                let end = if i < lines { '\n' } else { ' ' };
+                write!(text, "{i} 0 0 1 0 0 0 1 0 1 2 3{end}").unwrap();
+            }
+            let mut cursor = Cursor::new(text.as_bytes());
+            cursor.skip_words(5);
+            let plan = Plan {
+                min_bytes: 0,
+                piece_bytes,
+                even_alone: true,
+            };
+            let (triangles, end) = triangles(cursor, 40, plan).expect("nothing is wrong with it");
+            assert_eq!(triangles.len(), 40);
+            assert_eq!(triangles[39].corners[0].x, 39.0);
+            assert_eq!(end.peek(), None);
+        }
+    }
+
+    #[test]
+    fn a_claim_beyond_the_words_is_no_capacity() {
+        let cursor = Cursor::new(b"0 0 0 1 0 0 0 1 0 1 2 3");
+        let plan = Plan {
+            min_bytes: 0,
+            piece_bytes: 8,
+            even_alone: true,
+        };
+        assert!(triangles(cursor, 2, plan).is_none());
+        assert!(triangles(cursor, u64::MAX, plan).is_none());
+        assert!(triangles(cursor, 1, plan).is_some());
+    }
 }

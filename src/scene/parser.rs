@@ -9,10 +9,10 @@ use std::ops::Range;
 use glam::Vec3;
 use robust::{Coord, Coord3D};
 
-use super::error::{
-    Expected, Found, Location, Locator, ParseError, ParseErrorKind, ParseErrors, Point,
-};
-use super::lexer::Cursor;
+use super::advice::{hint, tail_help};
+use super::error::{Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
+use super::lexer::{Cursor, is_blank};
+use super::locate::Locator;
 use super::model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
 use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
@@ -66,7 +66,7 @@ pub(super) struct Parser<'t> {
 }
 
 impl<'t> Parser<'t> {
-    fn new(text: &'t [u8], plan: Plan) -> Parser<'t> {
+    pub(super) fn new(text: &'t [u8], plan: Plan) -> Parser<'t> {
         Parser {
             cursor: Cursor::new(text),
             faults: Vec::new(),
@@ -126,7 +126,7 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn camera(&mut self) -> Result<CameraSetting, Halt> {
+    pub(super) fn camera(&mut self) -> Result<CameraSetting, Halt> {
         let (span, letter) = self.keyword(Expected::Camera)?;
         match letter {
             Some(b'd') => Ok(CameraSetting::Default),
@@ -156,13 +156,12 @@ impl<'t> Parser<'t> {
         })
     }
 
-    fn light(&mut self) -> Result<Vec3, Halt> {
+    pub(super) fn light(&mut self) -> Result<Vec3, Halt> {
         let (light, span) = self.point(Point::Light)?;
         if light == Vec3::ZERO {
-            let written = &self.cursor.text()[span.clone()];
-            let rounded = written.iter().any(|b| matches!(b, b'1'..=b'9'));
-            let help =
-                rounded.then(|| String::from("smaller numbers than about 1e-45 are read as 0"));
+            let mut words = Cursor::at(&self.cursor.text()[..span.end], span.start);
+            let rounded = std::iter::from_fn(|| words.decimal()).any(|d| !d.is_zero());
+            let help = rounded.then(|| String::from("numbers below 7e-46 are read as 0"));
             self.note(span, ParseErrorKind::ZeroLight, help)?;
         }
         Ok(light)
@@ -227,7 +226,11 @@ impl<'t> Parser<'t> {
                 self.end(Expected::EndAfter(count))?;
                 Ok(operations)
             }
-            _ => self.halt(span, expected),
+            _ => {
+                let help = tail_help(self.cursor.text(), &span, triangles);
+                self.unexpected_with_help(span, expected, help)?;
+                Err(Halt)
+            }
         }
     }
 
@@ -242,7 +245,7 @@ impl<'t> Parser<'t> {
             Some(b'x') => Axis::X,
             Some(b'y') => Axis::Y,
             Some(b'z') => Axis::Z,
-            _ if self.bytes(&span).first() == Some(&b'<') => {
+            _ if matches!(self.bytes(&span), [b'<', _]) => {
                 self.unexpected(span, expected)?;
                 Axis::X
             }
@@ -310,7 +313,7 @@ impl<'t> Parser<'t> {
     }
 
     /// The next word as a count; `None` when it is not one, which is noted.
-    fn count(&mut self, expected: Expected) -> Result<Option<u64>, Halt> {
+    pub(super) fn count(&mut self, expected: Expected) -> Result<Option<u64>, Halt> {
         let Some(word) = self.cursor.peek() else {
             let span = self.end_span();
             let found = Found::End;
@@ -355,7 +358,11 @@ impl<'t> Parser<'t> {
 
     /// Behind the last word or comment.
     pub(super) fn end_span(&self) -> Range<usize> {
-        let end = self.cursor.text().trim_ascii_end().len();
+        let text = self.cursor.text();
+        let end = text
+            .iter()
+            .rposition(|b| !is_blank(*b))
+            .map_or(0, |i| i + 1);
         end..end
     }
 
@@ -389,8 +396,9 @@ impl<'t> Parser<'t> {
         let bytes = self.bytes(&word);
         if let Err(error) = std::str::from_utf8(bytes) {
             let at = word.start + error.valid_up_to();
+            let end = error.error_len().map_or(word.end, |len| at + len);
             let byte = self.cursor.text()[at];
-            return self.note(at..at + 1, ParseErrorKind::NotUtf8 { expected, byte }, None);
+            return self.note(at..end, ParseErrorKind::NotUtf8 { expected, byte }, None);
         }
         let found = Found::word(bytes);
         let kind = if is_right_kind(bytes, expected) {
@@ -443,20 +451,6 @@ fn is_right_kind(word: &[u8], expected: Expected) -> bool {
     }
 }
 
-/// Advice for mistakes that are easily made.
-fn hint(word: &[u8], expected: Expected) -> Option<String> {
-    let number = matches!(expected, Expected::Coordinate(..) | Expected::Angle(_));
-    if number && word.contains(&b',') {
-        return Some(String::from(
-            "decimals take a point, and white space stands between numbers",
-        ));
-    }
-    if word.len() > 2 && word.starts_with(b"<") && word[1].is_ascii_alphabetic() {
-        return Some(String::from("white space must follow the letter"));
-    }
-    None
-}
-
 /// True when the points lie on one line; exact.
 fn on_one_line(a: Vec3, b: Vec3, c: Vec3) -> bool {
     // They do when their shadows on all three planes of two axes do.
@@ -480,31 +474,43 @@ fn in_one_plane(points: [Vec3; 4]) -> bool {
     robust::orient3d(a, b, c, d) == 0.0
 }
 
-/// Where the triangles with the given ids stand in a text that [`parse`] accepts: from the first to the last of
-/// their twelve words. `ids` must ascend; reading stops at the first that is not there. One pass over the
-/// text.
-#[must_use]
-pub fn locate_triangles(text: &[u8], ids: impl IntoIterator<Item = usize>) -> Vec<Location> {
-    let mut parser = Parser::new(text, Plan::default());
-    let header = (|| {
-        parser.camera()?;
-        parser.light()?;
-        parser.count(Expected::TriangleCount)
-    })();
-    let count = header.ok().flatten().unwrap_or(0);
-    let mut cursor = parser.cursor;
-    let mut locator = Locator::new(text);
-    let mut next = 0;
-    let locate = |id: usize| {
-        assert!(id >= next, "ids must ascend");
-        if id as u64 >= count {
-            return None;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_on_a_line_are_told_from_points_next_to_it() {
+        // Doubling is exact; the triple is rounded, and so beside the line by less than its last bit.
+        let a = Vec3::new(0.1, 0.2, 0.3);
+        assert!(on_one_line(a, a * 2.0, a * 4.0));
+        assert!(!on_one_line(a, a * 2.0, a * 3.0));
+        for scale in [f32::MIN_POSITIVE, 1.0, 1e38] {
+            let next = Vec3::new(scale.next_up(), scale, scale);
+            assert!(on_one_line(
+                Vec3::ZERO,
+                Vec3::splat(scale),
+                Vec3::splat(-scale)
+            ));
+            assert!(
+                !on_one_line(Vec3::ZERO, Vec3::splat(scale), next),
+                "{scale}"
+            );
         }
-        cursor.skip_words((id - next) * WORDS_PER_TRIANGLE);
-        next = id + 1;
-        let start = cursor.word()?.start;
-        cursor.skip_words(WORDS_PER_TRIANGLE - 1);
-        Some(locator.locate(start..cursor.offset()))
-    };
-    ids.into_iter().map_while(locate).collect()
+    }
+
+    #[test]
+    fn an_eye_in_the_plane_is_told_from_one_next_to_it() {
+        // Powers of two, so that all points but the last are exact.
+        for scale in [f32::MIN_POSITIVE, 1.0, 2f32.powi(126)] {
+            let (o, a, b) = (Vec3::splat(scale), Vec3::X * scale, Vec3::Y * scale);
+            // z = x + y - 1, in units of `scale`.
+            assert!(in_one_plane([Vec3::new(0.5, 0.75, 0.25) * scale, o, a, b]));
+            let beside = Vec3::new(0.5, 0.75, 0.25f32.next_up()) * scale;
+            assert_eq!(
+                in_one_plane([beside, o, a, b]),
+                beside.z == 0.25 * scale,
+                "{scale}"
+            );
+        }
+    }
 }

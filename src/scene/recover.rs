@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use super::advice::hint;
 use super::error::{Channel, Expected, Found, Point};
 use super::lexer::{Cursor, count_words};
 use super::model::Axis;
@@ -23,6 +24,7 @@ impl Parser<'_> {
         let start = self.cursor;
         let line = Line::around(&start);
         let own_line = line.is_one_triangle();
+        let mut given = None;
         for word_index in 0..WORDS_PER_TRIANGLE {
             let expected = expected(triangle, word_index);
             let Some(word) = self.cursor.peek() else {
@@ -44,7 +46,12 @@ impl Parser<'_> {
             }
             let shifted = verdict == Verdict::Shifted && !own_line;
             if !shifted {
-                self.unexpected(word, expected)?;
+                // The same advice once a triangle: commas tend to stand behind all of its numbers.
+                let advice = hint(bytes, expected);
+                if advice.is_none() || advice != given {
+                    self.unexpected_with_help(word, expected, advice.clone())?;
+                    given = advice;
+                }
                 continue;
             }
             self.unexpected_with_help(word, expected, line.help())?;

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use super::error::Location;
 use super::lexer::BOM;
+use super::locate::Location;
 
 /// How bad it is; decides the caret's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,8 @@ const PIECES: usize = 16;
 
 /// Writes `scene` as a scene file: no comments, lines end with LF, a triangle a line, each number with the fewest
 /// digits that read back to it. [`super::parse`] gives the same bits again, down to the sign of zero, for
-/// every scene that it could have given itself. Formats on the current rayon pool.
+/// every scene that it could have given itself. Large scenes are formatted
+/// on the current rayon pool.
 ///
 /// # Errors
 /// When `out` fails; [`io::ErrorKind::InvalidInput`] when a number of the scene is infinite or NaN, which the
@@ -32,10 +33,13 @@ pub fn write(scene: &Scene, out: &mut impl Write) -> io::Result<()> {
     head.0 += &format!("{}\n", scene.triangles.len());
     out.write_all(head.0.as_bytes())?;
     for batch in scene.triangles.chunks(PIECE * PIECES) {
-        let texts: Vec<Text> = batch
-            .par_chunks(PIECE)
-            .map(Text::triangles)
-            .collect::<Result<_, _>>()?;
+        // A small scene does not start a pool of threads.
+        let texts: Vec<Text> = if batch.len() <= PIECE {
+            vec![Text::triangles(batch)?]
+        } else {
+            let pieces = batch.par_chunks(PIECE).map(Text::triangles);
+            pieces.collect::<Result<_, _>>()?
+        };
         for text in texts {
             out.write_all(text.0.as_bytes())?;
         }
@@ -153,4 +157,27 @@ fn finite(finite: bool) -> io::Result<()> {
     }
     let message = "the scene holds a number that is not finite, which a scene file cannot say";
     Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_take_few_digits() {
+        let mut text = Text::default();
+        text.point(Vec3::new(1.0, -0.0, 0.1)).unwrap();
+        text.point(Vec3::new(-1e-45, f32::MAX, 0.000_25)).unwrap();
+        assert_eq!(text.0, "1 -0 0.1 -1e-45 3.4028235e38 0.00025 ");
+    }
+
+    #[test]
+    fn colours_are_written_without_leading_zeros() {
+        let mut text = Text::default();
+        for value in [0, 9, 10, 99, 100, 205, 255] {
+            text.color(value);
+        }
+        text.end_line();
+        assert_eq!(text.0, "0 9 10 99 100 205 255\n");
+    }
 }

@@ -143,6 +143,16 @@ impl Camera {
         }
     }
 
+    /// The rays of a `width` x `height` picture: the plane widened to its shape, or with `stretch` as it is.
+    #[must_use]
+    pub fn view(self, width: usize, height: usize, stretch: bool) -> View {
+        if stretch {
+            View::new(&self, width, height)
+        } else {
+            View::new(&self.widened(width, height), width, height)
+        }
+    }
+
     /// The picture's size when none is asked for: height 480 and the plane's shape, each 1..=16384.
     /// (The default camera's 4:3 gives 640x480.)
     #[must_use]

@@ -3,8 +3,9 @@
 //! A frame depends on its number alone: turns are composed anew from the operations, never accumulated from
 //! frame to frame. There is no clock here; time enters as a value.
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
+use crate::camera::Camera;
 use crate::math::rotation;
 use crate::scene::Operation;
 
@@ -55,6 +56,19 @@ pub fn rotation_at(operations: &[Operation], timing: Timing, frame: u64) -> DMat
         turn = rotation(op.axis, op.angle_rad * part) * turn;
     }
     turn
+}
+
+/// The camera of frame `frame`: `base` turned about `pivot`. The window and the files both ask here, so the
+/// same frame number is the same picture.
+#[must_use]
+pub fn camera_at(
+    base: Camera,
+    operations: &[Operation],
+    timing: Timing,
+    frame: u64,
+    pivot: DVec3,
+) -> Camera {
+    base.turned(rotation_at(operations, timing, frame), pivot)
 }
 
 /// All of `operations`, the first applied first.

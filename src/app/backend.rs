@@ -16,12 +16,22 @@ const APP_ID: &str = "raybomb";
 /// [`AppError::NoWindow`] when none does, or winit makes nothing of it.
 pub fn event_loop<T: 'static>() -> Result<EventLoop<T>, AppError> {
     let mut builder = EventLoop::with_user_event();
-    choose_display(&mut builder)?;
+    let _until_built = choose_display(&mut builder)?;
     match quietly(move || builder.build()) {
         Ok(Ok(event_loop)) => Ok(event_loop),
-        Ok(Err(e)) => Err(AppError::NoWindow { why: e.to_string() }),
+        Ok(Err(e)) => Err(no_window(&e)),
         Err(panicked) => Err(AppError::NoWindow { why: panicked }),
     }
+}
+
+/// winit's error without the place in winit's source that it begins with.
+pub fn no_window(error: &impl ToString) -> AppError {
+    let text = error.to_string();
+    let why = match text.split_once(": ") {
+        Some((place, why)) if place.starts_with("os error at ") => why,
+        _ => &text,
+    };
+    AppError::NoWindow { why: why.into() }
 }
 
 /// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension.
@@ -34,15 +44,18 @@ fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
 }
 
 #[cfg(all(unix, not(target_vendor = "apple")))]
-fn choose_display<T>(builder: &mut EventLoopBuilder<T>) -> Result<(), AppError> {
+fn choose_display<T>(
+    builder: &mut EventLoopBuilder<T>,
+) -> Result<super::display::Display, AppError> {
     use super::display::{self, Display};
     use winit::platform::{wayland::EventLoopBuilderExtWayland, x11::EventLoopBuilderExtX11};
-    match display::find(|name| std::env::var_os(name)) {
-        Ok(Display::Wayland) => builder.with_wayland(),
-        Ok(Display::X11) => builder.with_x11(),
-        Err(why) => return Err(AppError::NoWindow { why }),
+    let display =
+        display::find(|name| std::env::var_os(name)).map_err(|why| AppError::NoWindow { why })?;
+    match display {
+        Display::Wayland(_) => builder.with_wayland(),
+        Display::X11(_) => builder.with_x11(),
     };
-    Ok(())
+    Ok(display)
 }
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
@@ -62,4 +75,26 @@ pub fn named(attributes: WindowAttributes) -> WindowAttributes {
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub fn named(attributes: WindowAttributes) -> WindowAttributes {
     attributes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_in_winits_source_is_left_out() {
+        let why = |text: &str| match no_window(&text) {
+            AppError::NoWindow { why } => why,
+            other => panic!("{other}"),
+        };
+        assert_eq!(why("os error at src/x.rs:7: no X: none"), "no X: none");
+        assert_eq!(why("os error"), "os error");
+    }
+
+    #[test]
+    fn a_panic_becomes_its_message() {
+        assert_eq!(quietly(|| 1), Ok(1));
+        let panicked: Result<(), String> = quietly(|| panic!("no {}", "XInput"));
+        assert_eq!(panicked, Err("no XInput".into()));
+    }
 }

@@ -2,6 +2,9 @@
 //!
 //! winit tries one kind and cannot be asked again after a failure. So both are knocked at first: a
 //! `WAYLAND_DISPLAY` that is left over from a session long gone must not hide a working X server.
+//!
+//! The connection is kept until winit has its own: an X server such as Xvfb starts anew when its last client
+//! leaves, and would turn winit away while it does.
 
 use std::ffi::OsString;
 use std::fs;
@@ -13,13 +16,26 @@ use std::time::Duration;
 /// How long an X server on another machine may take to answer.
 const TCP_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A kind of display.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A display that answered.
+#[derive(Debug)]
+#[expect(dead_code, reason = "the doors are held, not used")]
 pub enum Display {
     /// A Wayland compositor.
-    Wayland,
+    Wayland(Door),
     /// An X server.
-    X11,
+    X11(Door),
+}
+
+/// What keeps the display busy until a real connection stands.
+#[derive(Debug)]
+#[expect(dead_code, reason = "held, not used")]
+pub enum Door {
+    /// A socket on this machine.
+    Local(UnixStream),
+    /// A socket to another machine.
+    Remote(TcpStream),
+    /// A connection that the parent process made.
+    Inherited,
 }
 
 /// The display that answers, Wayland first. `env` looks up environment variables.
@@ -29,24 +45,22 @@ pub enum Display {
 pub fn find(env: impl Fn(&str) -> Option<OsString>) -> Result<Display, String> {
     let env = |name: &str| env(name).filter(|value| !value.is_empty());
     let wayland = match wayland(&env) {
-        Ok(()) => return Ok(Display::Wayland),
+        Ok(door) => return Ok(Display::Wayland(door)),
         Err(why) => why,
     };
     match x11(&env) {
-        Ok(()) => Ok(Display::X11),
+        Ok(door) => Ok(Display::X11(door)),
         Err(x11) => Err(format!("{wayland}; {x11}")),
     }
 }
 
 /// Knocks where the Wayland library would, in its order.
-fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<(), String> {
+fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<Door, String> {
     if let Some(fd) = env("WAYLAND_SOCKET") {
         // An open socket handed over by the parent; to look is safe, to talk would use it up.
-        let open = fs::metadata(Path::new("/proc/self/fd").join(&fd)).is_ok();
-        return if open {
-            Ok(())
-        } else {
-            Err(format!("WAYLAND_SOCKET={} is not open", fd.display()))
+        return match fs::metadata(Path::new("/proc/self/fd").join(&fd)) {
+            Ok(_) => Ok(Door::Inherited),
+            Err(_) => Err(format!("WAYLAND_SOCKET={} is not open", fd.display())),
         };
     }
     let name = PathBuf::from(env("WAYLAND_DISPLAY").ok_or("WAYLAND_DISPLAY is not set")?);
@@ -57,25 +71,23 @@ fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<(), String> {
         Path::new(&folder).join(name)
     };
     let no_answer = |e| format!("no Wayland compositor at {}: {e}", path.display());
-    UnixStream::connect(&path).map(drop).map_err(no_answer)
+    UnixStream::connect(&path)
+        .map(Door::Local)
+        .map_err(no_answer)
 }
 
 /// Knocks at the X server that `DISPLAY` names.
-fn x11(env: &impl Fn(&str) -> Option<OsString>) -> Result<(), String> {
+fn x11(env: &impl Fn(&str) -> Option<OsString>) -> Result<Door, String> {
     let display = env("DISPLAY").ok_or("DISPLAY is not set")?;
     let display = display.to_string_lossy();
     let (host, number) =
         parse_x11(&display).ok_or_else(|| format!("DISPLAY={display} names no display"))?;
-    let answers = if host.is_empty() {
+    let door = if host.is_empty() {
         local_x11(number)
     } else {
         remote_x11(host, number)
     };
-    if answers {
-        Ok(())
-    } else {
-        Err(format!("no X server at DISPLAY={display}"))
-    }
+    door.ok_or_else(|| format!("no X server at DISPLAY={display}"))
 }
 
 /// `host:number.screen` to host (empty: this machine) and number.
@@ -88,34 +100,33 @@ fn parse_x11(display: &str) -> Option<(&str, u16)> {
     Some((if host == "unix" { "" } else { host }, number))
 }
 
-fn local_x11(number: u16) -> bool {
+fn local_x11(number: u16) -> Option<Door> {
     let path = format!("/tmp/.X11-unix/X{number}");
-    abstract_socket_answers(&path)
-        || UnixStream::connect(&path).is_ok()
-        || remote_x11("localhost", number)
+    abstract_socket(&path)
+        .or_else(|| UnixStream::connect(&path).ok())
+        .map(Door::Local)
+        .or_else(|| remote_x11("localhost", number))
 }
 
 #[cfg(any(target_os = "linux", target_os = "android"))]
-fn abstract_socket_answers(name: &str) -> bool {
+fn abstract_socket(name: &str) -> Option<UnixStream> {
     use std::os::linux::net::SocketAddrExt;
     use std::os::unix::net::SocketAddr;
-    SocketAddr::from_abstract_name(name)
-        .and_then(|address| UnixStream::connect_addr(&address))
-        .is_ok()
+    let address = SocketAddr::from_abstract_name(name).ok()?;
+    UnixStream::connect_addr(&address).ok()
 }
 
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
-fn abstract_socket_answers(_name: &str) -> bool {
-    false
+fn abstract_socket(_name: &str) -> Option<UnixStream> {
+    None
 }
 
-fn remote_x11(host: &str, number: u16) -> bool {
-    let Some(port) = number.checked_add(6000) else {
-        return false;
-    };
-    (host, port).to_socket_addrs().is_ok_and(|mut all| {
-        all.any(|address| TcpStream::connect_timeout(&address, TCP_TIMEOUT).is_ok())
-    })
+fn remote_x11(host: &str, number: u16) -> Option<Door> {
+    let port = number.checked_add(6000)?;
+    let mut addresses = (host, port).to_socket_addrs().ok()?;
+    addresses
+        .find_map(|address| TcpStream::connect_timeout(&address, TCP_TIMEOUT).ok())
+        .map(Door::Remote)
 }
 
 #[cfg(test)]
@@ -160,12 +171,10 @@ mod tests {
             ("XDG_RUNTIME_DIR", runtime),
             ("WAYLAND_DISPLAY", "wayland-9"),
         ];
-        assert_eq!(find_with(&vars), Ok(Display::Wayland));
+        assert!(matches!(find_with(&vars), Ok(Display::Wayland(_))));
         let absolute = path.to_str().expect("a plain path");
-        assert_eq!(
-            find_with(&[("WAYLAND_DISPLAY", absolute)]),
-            Ok(Display::Wayland)
-        );
+        let found = find_with(&[("WAYLAND_DISPLAY", absolute)]);
+        assert!(matches!(found, Ok(Display::Wayland(_))));
         drop(listener);
         let why = find_with(&vars).unwrap_err();
         assert!(why.contains("no Wayland compositor at"), "{why}");

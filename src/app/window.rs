@@ -72,7 +72,7 @@ impl Screen {
     ) -> Result<Screen, AppError> {
         let window = event_loop
             .create_window(attributes)
-            .map_err(|e| AppError::NoWindow { why: e.to_string() })?;
+            .map_err(|e| backend::no_window(&e))?;
         let window = Arc::new(window);
         let display = event_loop.owned_display_handle();
         let presenter = Presenter::new(display, Arc::clone(&window)).map_err(cannot_show)?;

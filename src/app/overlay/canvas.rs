@@ -42,6 +42,9 @@ impl Canvas<'_> {
     pub fn glyph(&mut self, x: i32, y: i32, glyph: &Glyph, color: u32) {
         let (x, y) = (x + glyph.left, y + glyph.top);
         let columns = clip(x, glyph.width, self.width);
+        if columns.is_empty() {
+            return;
+        }
         for py in clip(y, glyph.height, self.height) {
             // Inside the glyph by the clipping, so not negative.
             let from = (py as i32 - y) * glyph.width + (columns.start as i32 - x);

@@ -76,17 +76,17 @@ impl Overlay {
 
     /// Draws what `wish` asks for; `statistics` are the figures.
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
-        if wish.statistics {
+        // The sheet may need all the room: where it stands there are no figures.
+        if wish.sheet {
+            let sheet = std::mem::take(&mut self.sheet);
+            self.panel(canvas, &sheet, Place::Middle);
+            self.sheet = sheet;
+        } else if wish.statistics {
             self.panel(canvas, statistics, Place::TopLeft);
         }
         if let Some(message) = &wish.message {
             let lines = [Line::new("", message)];
             self.panel(canvas, &lines, Place::BottomLeft);
-        }
-        if wish.sheet {
-            let sheet = std::mem::take(&mut self.sheet);
-            self.panel(canvas, &sheet, Place::Middle);
-            self.sheet = sheet;
         }
     }
 

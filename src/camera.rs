@@ -262,4 +262,13 @@ mod tests {
         }
         assert_eq!(c.widened(640, 480), c);
     }
+
+    #[test]
+    fn a_view_is_widened_unless_stretched() {
+        let c = Camera::default_for(unit_box());
+        assert_eq!(c.view(200, 100, true), View::new(&c, 200, 100));
+        let wide = c.widened(200, 100);
+        assert_eq!(c.view(200, 100, false), View::new(&wide, 200, 100));
+        assert_ne!(c.view(200, 100, true), c.view(200, 100, false));
+    }
 }

@@ -1,5 +1,30 @@
-//! The text format: bytes to plain data and back. Never opens files.
+//! The text format: bytes to plain data ([`Scene`]) and back. Never opens files.
+//!
+//! [`parse`] reads in layers: `lexer` cuts the bytes into words, `number` turns words into numbers, `parser`
+//! knows which word may come next. Two helpers stand beside the parser: `parallel` reads the triangles of
+//! large files on all threads and knows only right and wrong; `recover` finds the words for what is wrong and
+//! the place to go on. [`write()`] is the way back, to the bit.
+//!
+//! Errors ([`ParseErrors`]) carry their places; `snippet` shows a place with its line and a caret. What is odd
+//! but allowed, such as a triangle without area, is for geometry to decide: [`locate_triangles`] gives the
+//! places and [`annotate`] shows them.
 
+mod error;
+mod lexer;
 mod model;
+mod number;
+mod parallel;
+mod parser;
+mod recover;
+mod snippet;
+#[cfg(test)]
+mod testing;
+mod writer;
 
+pub use error::{
+    Channel, Expected, Found, Location, ParseError, ParseErrorKind, ParseErrors, Point,
+};
 pub use model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
+pub use parser::{locate_triangles, parse};
+pub use snippet::{Severity, annotate};
+pub use writer::{camera_text, write};

@@ -40,7 +40,7 @@ fn a_held_key_turns_until_it_is_let_go() {
 fn a_held_key_stops_turning_when_another_window_gets_the_keyboard() {
     let Some(desk) = Desk::new() else { return };
     let viewer = desk.view(&[]);
-    let other = desk.view(&["--size", "100x100"]);
+    let other = desk.view(&[]);
     viewer.focus();
     viewer.hand(&["keydown", "z"]);
     std::thread::sleep(Duration::from_millis(500));

@@ -50,7 +50,14 @@ fn every_size_shows_its_own_picture() {
     let Some(desk) = Desk::new() else { return };
     let viewer = desk.view(&[]);
     viewer.shows(&desk.still(), "at start");
-    for (width, height) in [(333, 217), (1, 1), (64, 1000), (1500, 40), (1, 700), (320, 240)] {
+    for (width, height) in [
+        (333, 217),
+        (1, 1),
+        (64, 1000),
+        (1500, 40),
+        (1, 700),
+        (320, 240),
+    ] {
         viewer.resize(width, height);
         let size = format!("{width}x{height}");
         viewer.shows(&desk.render(&["--size", &size]), &size);

@@ -188,9 +188,7 @@ impl<'a> Viewer<'a> {
     /// Gives the window the keyboard.
     pub fn focus(&self) {
         until("the keyboard", || {
-            let done = self
-                .desk
-                .xdotool(&["windowfocus", "--sync", &self.window]);
+            let done = self.desk.xdotool(&["windowfocus", "--sync", &self.window]);
             done.status.success().then_some(())
         });
     }

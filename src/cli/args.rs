@@ -1,0 +1,295 @@
+//! The command line as scripts rely on it: commands, options and their defaults.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+
+use super::exit::help_table;
+use super::values::{self, Size};
+use crate::camera::Pivot;
+use crate::render::{Engine, Reflection, Settings, ViewMode};
+use crate::scene::CameraCorners;
+use crate::simd::Kernel;
+use crate::timeline::Timing;
+
+/// Ray Bomb 3D: ray-traces coloured triangles on the CPU, in a window and to files.
+///
+/// Without a command, SCENE is opened in a window; without SCENE, a built-in demo.
+#[derive(Debug, Parser)]
+#[command(name = "raybomb", version)]
+#[command(args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
+pub struct Cli {
+    /// What to do; `None` opens the window.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Scene file to open in the window, or - for the standard input; without it a built-in demo is shown
+    ///
+    /// A file that is named like a command is opened as ./NAME.
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub window: WindowOptions,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Opens a scene in a window
+    View(ViewArgs),
+    /// Renders one picture to a file
+    Render(RenderArgs),
+    /// Renders the scene's operations as an animation, one file a frame
+    Anim(AnimArgs),
+    /// Tells every problem of a scene file with its place
+    Check(CheckArgs),
+    /// Tells what is in a scene: counts, bounds, camera, operations, BVH
+    Info(InfoArgs),
+    /// Measures speed
+    Bench(BenchArgs),
+    /// Lists the built-in demos, opens one or saves it as a scene file
+    Demo(DemoArgs),
+}
+
+/// `raybomb view`
+#[derive(Args, Debug)]
+pub struct ViewArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub window: WindowOptions,
+}
+
+/// What a window can be told.
+#[derive(Args, Debug)]
+pub struct WindowOptions {
+    /// Play the operations at once
+    #[arg(long)]
+    pub play: bool,
+    /// Draw nothing over the picture, not even messages
+    #[arg(long)]
+    pub no_overlay: bool,
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    #[command(flatten)]
+    pub time: TimeOptions,
+}
+
+/// `raybomb render`
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+    /// File to write: .bmp, .png, or .npy (the numbers of --view id, depth, normal or shaded)
+    ///
+    /// Default: data.bmp, or none with --hash. The standard output (-) and other pipes and devices without an extension get a BMP.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Frame of the animation [default: the last]
+    #[arg(long, value_name = "K", value_parser = values::frame, conflicts_with = "camera", allow_hyphen_values = true)]
+    pub frame: Option<u64>,
+    /// Eye, then top-left, top-right and bottom-left corner of the projection plane, instead of the scene's camera
+    #[arg(long, value_name = "12 NUMBERS", value_parser = values::camera, allow_hyphen_values = true)]
+    pub camera: Option<CameraCorners>,
+    /// Print the SHA-256 of the picture as a binary PPM file
+    #[arg(long)]
+    pub hash: bool,
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    #[command(flatten)]
+    pub time: TimeOptions,
+}
+
+/// `raybomb anim`
+#[derive(Args, Debug)]
+pub struct AnimArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+    /// Files to write, named by frame: frames/{frame}.bmp, frames/{frame:04}.png; missing folders are made
+    #[arg(short, long, value_name = "PATTERN", required_unless_present = "hash")]
+    pub output: Option<String>,
+    /// First and last frame, both included [default: all]
+    #[arg(long, value_name = "A..B", value_parser = values::frames, allow_hyphen_values = true)]
+    pub frames: Option<RangeInclusive<u64>>,
+    /// Print a line for each frame: its number and the SHA-256 of the picture as a binary PPM file
+    #[arg(long)]
+    pub hash: bool,
+    #[command(flatten)]
+    pub picture: PictureOptions,
+    #[command(flatten)]
+    pub time: TimeOptions,
+}
+
+/// `raybomb check`
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+}
+
+/// `raybomb info`
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `raybomb bench`
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// Scene file, or - for the standard input
+    pub scene: PathBuf,
+    /// Size of the picture, each side 1 to 16384
+    #[arg(
+        long,
+        value_name = "WxH",
+        default_value = "1920x1080",
+        allow_hyphen_values = true
+    )]
+    pub size: Size,
+    #[command(flatten)]
+    pub machine: MachineOptions,
+    /// What to measure
+    #[arg(long, value_name = "WORKLOAD", value_enum, default_value = "primary")]
+    pub workload: Workload,
+    /// How often, after one run that does not count
+    #[arg(long, value_name = "N", default_value = "30", value_parser = values::count, allow_hyphen_values = true)]
+    pub frames: u32,
+    /// Print one JSON object on one line
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `bench` measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Workload {
+    /// One ray a pixel, to numbers and distances
+    Primary,
+    /// The whole picture
+    Shaded,
+    /// From the scene to its BVH
+    Build,
+    /// From the file to the scene
+    Load,
+}
+
+/// `raybomb demo`
+#[derive(Args, Debug)]
+pub struct DemoArgs {
+    /// Name of the demo; without it, all are listed
+    pub name: Option<String>,
+    /// Save the demo as a scene file (- for the standard output) instead of opening it
+    #[arg(long, value_name = "FILE", requires = "name")]
+    pub write: Option<PathBuf>,
+}
+
+/// What a picture shows, of what size, and what makes it.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture options")]
+pub struct PictureOptions {
+    /// Size of the picture, each side 1 to 16384 [default: height 480, in the shape of the projection plane]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
+    pub size: Option<Size>,
+    /// What the picture shows
+    #[arg(long, value_name = "VIEW", value_parser = values::one_of(values::VIEWS), default_value = "shaded")]
+    pub view: ViewMode,
+    #[command(flatten)]
+    pub machine: MachineOptions,
+    /// The formula of the shading: the mirror image, or what the original report prints
+    #[arg(long, value_name = "FORMULA", value_parser = values::one_of(values::REFLECTIONS), default_value = "mirror")]
+    pub reflection: Reflection,
+    /// Map the projection plane onto the picture as it is, instead of widening it to the picture's shape
+    #[arg(long)]
+    pub stretch: bool,
+    /// What the operations turn the camera about: the world's origin or the centre of the scene's box
+    #[arg(long, value_name = "POINT", value_parser = values::one_of(values::PIVOTS), default_value = "origin")]
+    pub pivot: Pivot,
+}
+
+impl PictureOptions {
+    /// What the renderer needs to know.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        Settings {
+            engine: self.machine.engine,
+            kernel: self.machine.kernel,
+            mode: self.view,
+            reflection: self.reflection,
+        }
+    }
+}
+
+/// What computes.
+#[derive(Args, Debug)]
+pub struct MachineOptions {
+    /// What finds the hits: the tracer, every triangle for every pixel (the same bits), or the original report's method
+    #[arg(long, value_name = "ENGINE", value_parser = values::one_of(values::ENGINES), default_value = "fast")]
+    pub engine: Engine,
+    /// Instructions to use (the same bits): auto is the widest that this CPU has
+    #[arg(long, value_name = "KERNEL", value_parser = values::kernel(), default_value = "auto")]
+    pub kernel: Kernel,
+    /// Threads, at most 1024; 0: all cores
+    #[arg(long, value_name = "N", value_parser = values::threads, default_value = "0", allow_hyphen_values = true)]
+    pub threads: usize,
+}
+
+/// How operations become frames.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Time options")]
+pub struct TimeOptions {
+    /// Frames a second
+    #[arg(long, value_name = "N", value_parser = values::timing, default_value = "16", allow_hyphen_values = true)]
+    pub fps: f64,
+    /// Seconds that each operation takes
+    #[arg(long, value_name = "N", value_parser = values::timing, default_value = "1", allow_hyphen_values = true)]
+    pub seconds_per_op: f64,
+}
+
+impl TimeOptions {
+    /// The same as the timeline knows it.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        Timing {
+            fps: self.fps,
+            seconds_per_op: self.seconds_per_op,
+        }
+    }
+}
+
+/// Parses the program's arguments.
+///
+/// # Errors
+/// What clap has to say: a mistake, or the text of `--help` and `--version`.
+pub fn parse() -> Result<Cli, clap::Error> {
+    let table = help_table();
+    let command = Cli::command()
+        .after_help(table.clone())
+        .mut_subcommands(|c| c.after_help(table.clone()));
+    Cli::from_arg_matches(&command.try_get_matches()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_alone_opens_a_window_and_commands_win_over_files() {
+        let cli = Cli::try_parse_from(["raybomb", "a.txt", "--play"]).unwrap();
+        assert!(cli.command.is_none() && cli.window.play);
+        assert_eq!(cli.scene, Some(PathBuf::from("a.txt")));
+        let cli = Cli::try_parse_from(["raybomb", "./render"]).unwrap();
+        assert!(cli.command.is_none() && cli.scene.is_some());
+        let cli = Cli::try_parse_from(["raybomb"]).unwrap();
+        assert!(cli.command.is_none() && cli.scene.is_none());
+        let cli = Cli::try_parse_from(["raybomb", "-"]).unwrap();
+        assert_eq!(cli.scene, Some(PathBuf::from("-")));
+        assert!(Cli::try_parse_from(["raybomb", "render"]).is_err());
+    }
+}

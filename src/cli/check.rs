@@ -1,0 +1,53 @@
+//! `raybomb check`: every problem of a scene file with its place.
+
+use super::args::CheckArgs;
+use super::console::{color, print, say};
+use super::exit::Outcome;
+use super::load::{Source, renderer};
+use crate::geometry::is_degenerate;
+use crate::scene::{Scene, Severity, annotate, locate_triangles};
+
+/// Checks the file: errors and warnings go to the error stream, a summary of a good file to the standard output.
+///
+/// # Errors
+/// Those of the file and of its text; warnings are none.
+pub fn run(args: &CheckArgs) -> Outcome {
+    let renderer = renderer(0)?;
+    let source = Source::read(&args.scene)?;
+    let scene = renderer.install(|| source.parse())?;
+    let warnings = warn_of_degenerate(&source, &scene);
+    let (triangles, operations) = (scene.triangles.len(), scene.operations.len());
+    print(format_args!(
+        "{}: no errors, {}, {}, {}",
+        source.name,
+        counted(warnings, "warning"),
+        counted(triangles, "triangle"),
+        counted(operations, "operation"),
+    ))
+}
+
+/// Points at every triangle without area and counts them.
+fn warn_of_degenerate(source: &Source, scene: &Scene) -> usize {
+    let degenerate = |id: &usize| is_degenerate(&scene.triangles[*id].corners);
+    let ids: Vec<usize> = (0..scene.triangles.len()).filter(degenerate).collect();
+    let places = locate_triangles(&source.text, ids.iter().copied());
+    for (id, place) in ids.iter().zip(&places) {
+        let message = format!("warning: triangle {id} has no area and is never hit");
+        let (name, text) = (&source.name, &source.text);
+        say(annotate(
+            Severity::Warning,
+            name,
+            text,
+            place,
+            &message,
+            None,
+            color(),
+        ));
+    }
+    ids.len()
+}
+
+/// `1 triangle`, `2 triangles`.
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}

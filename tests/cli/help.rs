@@ -1,0 +1,125 @@
+//! `--help`: complete, and in agreement with the README.
+
+use std::collections::BTreeSet;
+
+use crate::support::Folder;
+
+const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
+
+const PICTURE: [&str; 8] = [
+    "--size",
+    "--view",
+    "--engine",
+    "--kernel",
+    "--threads",
+    "--reflection",
+    "--stretch",
+    "--pivot",
+];
+const TIME: [&str; 2] = ["--fps", "--seconds-per-op"];
+
+fn help(args: &[&str]) -> String {
+    let run = Folder::new().run(&[args, &["--help"]].concat()).ok();
+    assert_eq!(run.stderr, "");
+    run.stdout
+}
+
+/// All `--options` in `text`.
+fn options(text: &str) -> BTreeSet<String> {
+    text.split(|c: char| c.is_whitespace() || "`,[]|()".contains(c))
+        .filter(|word| word.starts_with("--") && word.len() > 2)
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn the_help_of_each_command_has_its_options_and_no_others() {
+    let window = [&["--play", "--no-overlay"], &PICTURE[..], &TIME].concat();
+    let render = [
+        &["--output", "--frame", "--camera", "--hash"],
+        &PICTURE[..],
+        &TIME,
+    ]
+    .concat();
+    let anim = [&["--output", "--frames", "--hash"], &PICTURE[..], &TIME].concat();
+    let bench = [
+        "--size",
+        "--threads",
+        "--kernel",
+        "--engine",
+        "--workload",
+        "--frames",
+        "--json",
+    ];
+    for (command, expected) in [
+        (&[][..], &[&["--version"], &window[..]].concat()[..]),
+        (&["view"], &window[..]),
+        (&["render"], &render[..]),
+        (&["anim"], &anim[..]),
+        (&["check"], &[]),
+        (&["info"], &["--json"]),
+        (&["bench"], &bench[..]),
+        (&["demo"], &["--write"]),
+    ] {
+        let text = help(command);
+        // Options are named at the start of a line or after the short form; texts may mention others.
+        let defined: BTreeSet<String> = text
+            .lines()
+            .map(str::trim_start)
+            .filter(|l| l.starts_with('-'))
+            .flat_map(|l| options(l).into_iter().take(1))
+            .collect();
+        let expected: BTreeSet<String> = expected
+            .iter()
+            .chain(&["--help"])
+            .map(|s| (*s).to_owned())
+            .collect();
+        assert_eq!(defined, expected, "{command:?}");
+    }
+}
+
+#[test]
+fn every_help_shows_the_exit_codes() {
+    for command in [&[][..]]
+        .into_iter()
+        .chain(COMMANDS.iter().map(std::slice::from_ref))
+    {
+        let text = help(command);
+        for code in ["0", "1", "2", "3", "4", "5", "130"] {
+            let line = format!("\n{:>5}  ", code);
+            assert!(
+                text.contains(&line),
+                "{code} in the help of {command:?}: {text}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_main_help_lists_the_commands_and_version_tells_the_version() {
+    let text = help(&[]);
+    for command in COMMANDS {
+        assert!(
+            text.contains(&format!("\n  {command} ")),
+            "{command}: {text}"
+        );
+    }
+    let run = Folder::new().run(&["--version"]).ok();
+    assert_eq!(
+        run.stdout,
+        format!("raybomb {}\n", env!("CARGO_PKG_VERSION"))
+    );
+}
+
+#[test]
+fn the_readme_names_every_command_and_option() {
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md"))
+        .expect("there is a README.md");
+    let named = options(&readme);
+    for command in COMMANDS {
+        assert!(readme.contains(&format!("raybomb {command}")), "{command}");
+        for option in options(&help(&[command])) {
+            assert!(named.contains(&option), "README.md does not name {option}");
+        }
+    }
+}

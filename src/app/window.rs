@@ -4,7 +4,7 @@
 //! the state wants goes to the [`Painter`], and the loop sleeps until something happens or is due.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ enum Message {
     /// From the render thread.
     Painter(Notice),
     /// A screenshot is saved, or not.
-    Saved(io::Result<PathBuf>),
+    Saved(io::Result<String>),
 }
 
 /// Opens the window and shows the scene until the user quits.
@@ -403,7 +403,7 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Broken(why)) => {
                 self.fail(event_loop, AppError::Broken { why })
             }
-            Message::Saved(Ok(name)) => self.tell(&format!("saved {}", name.display())),
+            Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
             Message::Saved(Err(e)) => self.tell(&format!("cannot save the picture: {e}")),
         }
     }

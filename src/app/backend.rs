@@ -16,7 +16,7 @@ const APP_ID: &str = "raybomb";
 /// [`AppError::NoWindow`] when none does, or winit makes nothing of it.
 pub fn event_loop<T: 'static>() -> Result<EventLoop<T>, AppError> {
     let mut builder = EventLoop::with_user_event();
-    let _until_built = choose_display(&mut builder)?;
+    choose_display(&mut builder)?;
     match quietly(move || builder.build()) {
         Ok(Ok(event_loop)) => Ok(event_loop),
         Ok(Err(e)) => Err(no_window(&e)),
@@ -44,18 +44,15 @@ fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
 }
 
 #[cfg(all(unix, not(target_vendor = "apple")))]
-fn choose_display<T>(
-    builder: &mut EventLoopBuilder<T>,
-) -> Result<super::display::Display, AppError> {
+fn choose_display<T>(builder: &mut EventLoopBuilder<T>) -> Result<(), AppError> {
     use super::display::{self, Display};
     use winit::platform::{wayland::EventLoopBuilderExtWayland, x11::EventLoopBuilderExtX11};
-    let display =
-        display::find(|name| std::env::var_os(name)).map_err(|why| AppError::NoWindow { why })?;
-    match display {
-        Display::Wayland(_) => builder.with_wayland(),
-        Display::X11(_) => builder.with_x11(),
+    match display::find(|name| std::env::var_os(name)) {
+        Ok(Display::Wayland) => builder.with_wayland(),
+        Ok(Display::X11) => builder.with_x11(),
+        Err(why) => return Err(AppError::NoWindow { why }),
     };
-    Ok(display)
+    Ok(())
 }
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]

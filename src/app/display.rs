@@ -2,9 +2,6 @@
 //!
 //! winit tries one kind and cannot be asked again after a failure. So both are knocked at first: a
 //! `WAYLAND_DISPLAY` that is left over from a session long gone must not hide a working X server.
-//!
-//! The connection is kept until winit has its own: an X server such as Xvfb starts anew when its last client
-//! leaves, and would turn winit away while it does.
 
 use std::ffi::OsString;
 use std::fs;
@@ -16,26 +13,13 @@ use std::time::Duration;
 /// How long an X server on another machine may take to answer.
 const TCP_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A display that answered.
-#[derive(Debug)]
-#[expect(dead_code, reason = "the doors are held, not used")]
+/// A kind of display.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Display {
     /// A Wayland compositor.
-    Wayland(Door),
+    Wayland,
     /// An X server.
-    X11(Door),
-}
-
-/// What keeps the display busy until a real connection stands.
-#[derive(Debug)]
-#[expect(dead_code, reason = "held, not used")]
-pub enum Door {
-    /// A socket on this machine.
-    Local(UnixStream),
-    /// A socket to another machine.
-    Remote(TcpStream),
-    /// A connection that the parent process made.
-    Inherited,
+    X11,
 }
 
 /// The display that answers, Wayland first. `env` looks up environment variables.
@@ -45,21 +29,21 @@ pub enum Door {
 pub fn find(env: impl Fn(&str) -> Option<OsString>) -> Result<Display, String> {
     let env = |name: &str| env(name).filter(|value| !value.is_empty());
     let wayland = match wayland(&env) {
-        Ok(door) => return Ok(Display::Wayland(door)),
+        Ok(()) => return Ok(Display::Wayland),
         Err(why) => why,
     };
     match x11(&env) {
-        Ok(door) => Ok(Display::X11(door)),
+        Ok(()) => Ok(Display::X11),
         Err(x11) => Err(format!("{wayland}; {x11}")),
     }
 }
 
 /// Knocks where the Wayland library would, in its order.
-fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<Door, String> {
+fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<(), String> {
     if let Some(fd) = env("WAYLAND_SOCKET") {
         // An open socket handed over by the parent; to look is safe, to talk would use it up.
         return match fs::metadata(Path::new("/proc/self/fd").join(&fd)) {
-            Ok(_) => Ok(Door::Inherited),
+            Ok(_) => Ok(()),
             Err(_) => Err(format!("WAYLAND_SOCKET={} is not open", fd.display())),
         };
     }
@@ -71,23 +55,21 @@ fn wayland(env: &impl Fn(&str) -> Option<OsString>) -> Result<Door, String> {
         Path::new(&folder).join(name)
     };
     let no_answer = |e| format!("no Wayland compositor at {}: {e}", path.display());
-    UnixStream::connect(&path)
-        .map(Door::Local)
-        .map_err(no_answer)
+    UnixStream::connect(&path).map(drop).map_err(no_answer)
 }
 
 /// Knocks at the X server that `DISPLAY` names.
-fn x11(env: &impl Fn(&str) -> Option<OsString>) -> Result<Door, String> {
+fn x11(env: &impl Fn(&str) -> Option<OsString>) -> Result<(), String> {
     let display = env("DISPLAY").ok_or("DISPLAY is not set")?;
     let display = display.to_string_lossy();
     let (host, number) =
         parse_x11(&display).ok_or_else(|| format!("DISPLAY={display} names no display"))?;
-    let door = if host.is_empty() {
+    let answers = if host.is_empty() {
         local_x11(number)
     } else {
         remote_x11(host, number)
     };
-    door.ok_or_else(|| format!("no X server at DISPLAY={display}"))
+    answers.ok_or_else(|| format!("no X server at DISPLAY={display}"))
 }
 
 /// `host:number.screen` to host (empty: this machine) and number.
@@ -100,11 +82,11 @@ fn parse_x11(display: &str) -> Option<(&str, u16)> {
     Some((if host == "unix" { "" } else { host }, number))
 }
 
-fn local_x11(number: u16) -> Option<Door> {
+fn local_x11(number: u16) -> Option<()> {
     let path = format!("/tmp/.X11-unix/X{number}");
     abstract_socket(&path)
         .or_else(|| UnixStream::connect(&path).ok())
-        .map(Door::Local)
+        .map(drop)
         .or_else(|| remote_x11("localhost", number))
 }
 
@@ -121,12 +103,12 @@ fn abstract_socket(_name: &str) -> Option<UnixStream> {
     None
 }
 
-fn remote_x11(host: &str, number: u16) -> Option<Door> {
+fn remote_x11(host: &str, number: u16) -> Option<()> {
     let port = number.checked_add(6000)?;
     let mut addresses = (host, port).to_socket_addrs().ok()?;
     addresses
         .find_map(|address| TcpStream::connect_timeout(&address, TCP_TIMEOUT).ok())
-        .map(Door::Remote)
+        .map(drop)
 }
 
 #[cfg(test)]
@@ -171,10 +153,10 @@ mod tests {
             ("XDG_RUNTIME_DIR", runtime),
             ("WAYLAND_DISPLAY", "wayland-9"),
         ];
-        assert!(matches!(find_with(&vars), Ok(Display::Wayland(_))));
+        assert!(matches!(find_with(&vars), Ok(Display::Wayland)));
         let absolute = path.to_str().expect("a plain path");
         let found = find_with(&[("WAYLAND_DISPLAY", absolute)]);
-        assert!(matches!(found, Ok(Display::Wayland(_))));
+        assert!(matches!(found, Ok(Display::Wayland)));
         drop(listener);
         let why = find_with(&vars).unwrap_err();
         assert!(why.contains("no Wayland compositor at"), "{why}");

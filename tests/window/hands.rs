@@ -41,6 +41,7 @@ fn a_held_key_stops_turning_when_another_window_gets_the_keyboard() {
     let Some(desk) = Desk::new() else { return };
     let viewer = desk.view(&[]);
     let other = desk.view(&[]);
+    other.hand(&["windowmove", "WINDOW", "700", "0"]);
     viewer.focus();
     viewer.hand(&["keydown", "z"]);
     std::thread::sleep(Duration::from_millis(500));

@@ -4,20 +4,24 @@ use std::time::Duration;
 
 use crate::support::{Desk, Picture, Viewer};
 
+/// No test is so slow that it sees the end.
+const SLOW: &[&str] = &["--seconds-per-op", "100"];
+
 /// The frame that the viewer reports in its line number `index`, as `render` writes it.
 fn paused_frame(desk: &Desk, viewer: &Viewer<'_>, index: usize) -> (u64, Picture) {
     let line = viewer.says(index);
     let number = line
         .strip_prefix("paused at frame ")
         .unwrap_or_else(|| panic!("{line}"));
-    let picture = desk.render(&["--size", "320x240", "--frame", number]);
+    let frame = ["--size", "320x240", "--frame", number];
+    let picture = desk.render(&[&frame[..], SLOW].concat());
     (number.parse().expect("a number"), picture)
 }
 
 #[test]
 fn a_paused_window_shows_the_frame_that_it_reports() {
     let Some(desk) = Desk::new() else { return };
-    let viewer = desk.view(&[]);
+    let viewer = desk.view(SLOW);
     viewer.shows(&desk.still(), "at start");
     let mut before = 0;
     for pause in 0..3 {
@@ -25,7 +29,7 @@ fn a_paused_window_shows_the_frame_that_it_reports() {
         std::thread::sleep(Duration::from_millis(300));
         viewer.keys(&["space"]);
         let (number, picture) = paused_frame(&desk, &viewer, pause);
-        assert!((before + 1..48).contains(&number), "frame {number}");
+        assert!((before + 1..4800).contains(&number), "frame {number}");
         viewer.shows(&picture, &format!("frame {number}"));
         assert!(viewer.rests("a paused picture") == picture);
         before = number;
@@ -47,7 +51,7 @@ fn playing_ends_on_the_still_picture_on_time() {
 #[test]
 fn the_hand_moves_on_top_of_the_frame_and_enter_returns() {
     let Some(desk) = Desk::new() else { return };
-    let viewer = desk.view(&["--play", "--fps", "8"]);
+    let viewer = desk.view(&[&["--play"], SLOW].concat());
     std::thread::sleep(Duration::from_millis(500));
     viewer.keys(&["y", "space"]);
     let (number, picture) = paused_frame(&desk, &viewer, 0);

@@ -77,6 +77,21 @@ fn a_storm_of_sizes_ends_on_the_last_one() {
 }
 
 #[test]
+fn a_covered_window_rests_and_shows_the_right_picture_afterwards() {
+    let Some(desk) = Desk::new() else { return };
+    let viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    viewer.keys(&["space"]);
+    let other = desk.view(&[]);
+    assert_eq!(viewer.says(0), "playback ended at frame 48");
+    viewer.focus();
+    viewer.keys(&["v"]);
+    other.hand(&["windowmove", "WINDOW", "700", "0"]);
+    let id = desk.render(&["--size", "320x240", "--view", "id"]);
+    viewer.shows(&id, "uncovered");
+}
+
+#[test]
 fn the_overlay_comes_and_goes_and_leaves_the_picture_as_it_was() {
     let Some(desk) = Desk::new() else { return };
     let still = desk.still();

@@ -56,7 +56,8 @@ impl Desk {
             return None;
         }
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-nolisten", "tcp"])
+            // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
             .args(["-screen", "0", "1600x1200x24"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -128,10 +129,13 @@ impl Desk {
             .expect("the tool runs")
     }
 
-    fn windows(&self) -> Vec<String> {
-        let found = self.xdotool(&["search", "--onlyvisible", "--class", "raybomb"]);
+    /// The visible window of a process. (Numbers of windows are used again: they tell nothing.)
+    fn window_of(&self, process: u32) -> Option<String> {
+        let process = process.to_string();
+        let search = ["search", "--onlyvisible", "--all", "--pid", &process];
+        let found = self.xdotool(&[&search[..], &["--class", "raybomb"]].concat());
         let text = String::from_utf8_lossy(&found.stdout).into_owned();
-        text.lines().map(str::to_owned).collect()
+        text.lines().next().map(str::to_owned)
     }
 }
 
@@ -159,7 +163,6 @@ pub struct Viewer<'a> {
 
 impl<'a> Viewer<'a> {
     pub fn start(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
-        let before = desk.windows();
         let start = Instant::now();
         let mut child = command
             .stderr(Stdio::piped())
@@ -174,7 +177,9 @@ impl<'a> Viewer<'a> {
             opened_in: Duration::ZERO,
         };
         viewer.window = until("a window", || {
-            desk.windows().into_iter().find(|w| !before.contains(w))
+            let ended = viewer.child.try_wait().expect("it is ours");
+            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
+            desk.window_of(viewer.id())
         });
         viewer.opened_in = start.elapsed();
         viewer.focus();

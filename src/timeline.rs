@@ -79,6 +79,109 @@ pub fn rotation_after(operations: &[Operation]) -> DMat3 {
     })
 }
 
+/// Plays, pauses and stops; told by its caller how much time went by.
+///
+/// The frame shown is `from + floor(elapsed · fps)`: a caller that is late skips frames, and never slows down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Playback {
+    fps: f64,
+    last: u64,
+    motion: Motion,
+}
+
+/// What a [`Playback`] is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motion {
+    /// Stands at a frame.
+    Standing { frame: u64 },
+    /// Left frame `from` that many seconds ago.
+    Playing { from: u64, elapsed_s: f64 },
+}
+
+impl Playback {
+    /// Stands on the still picture, the last frame.
+    #[must_use]
+    pub fn new(timing: Timing, operations: &[Operation]) -> Playback {
+        let last = timing.last_frame(operations);
+        Playback {
+            fps: timing.fps,
+            last,
+            motion: Motion::Standing { frame: last },
+        }
+    }
+
+    /// The number of the frame to show.
+    #[must_use]
+    pub fn frame(&self) -> u64 {
+        match self.motion {
+            Motion::Standing { frame } => frame,
+            // The cast rounds down, and saturates where elapsed times are absurd.
+            Motion::Playing { from, elapsed_s } => from
+                .saturating_add((elapsed_s * self.fps) as u64)
+                .min(self.last),
+        }
+    }
+
+    /// The number of the last frame.
+    #[must_use]
+    pub fn last_frame(&self) -> u64 {
+        self.last
+    }
+
+    /// True while frames follow one another.
+    #[must_use]
+    pub fn is_playing(&self) -> bool {
+        matches!(self.motion, Motion::Playing { .. })
+    }
+
+    /// Plays on from the frame shown; on the last frame, from frame 0.
+    pub fn play(&mut self) {
+        let from = match self.frame() {
+            frame if frame == self.last => 0,
+            frame => frame,
+        };
+        self.motion = Motion::Playing {
+            from,
+            elapsed_s: 0.0,
+        };
+    }
+
+    /// Stands still on the frame shown and returns its number.
+    pub fn pause(&mut self) -> u64 {
+        let frame = self.frame();
+        self.motion = Motion::Standing { frame };
+        frame
+    }
+
+    /// Stands still on the last frame, the still picture.
+    pub fn stop(&mut self) {
+        self.motion = Motion::Standing { frame: self.last };
+    }
+
+    /// Lets `dt_s` seconds go by. True when this reached the last frame, where playing ends.
+    pub fn advance(&mut self, dt_s: f64) -> bool {
+        let Motion::Playing { elapsed_s, .. } = &mut self.motion else {
+            return false;
+        };
+        *elapsed_s += dt_s;
+        let ended = self.frame() == self.last;
+        if ended {
+            self.stop();
+        }
+        ended
+    }
+
+    /// Seconds until the next frame is due; `None` when it stands.
+    #[must_use]
+    pub fn next_frame_in_s(&self) -> Option<f64> {
+        let Motion::Playing { from, elapsed_s } = self.motion else {
+            return None;
+        };
+        let due_s = (self.frame() - from + 1) as f64 / self.fps;
+        Some((due_s - elapsed_s).max(0.0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,6 +220,57 @@ mod tests {
             seconds_per_op: 0.1,
         };
         assert_eq!(t.frames_per_op(), 1);
+    }
+
+    #[test]
+    fn playback_opens_on_the_still_picture_and_plays_from_the_start() {
+        let mut p = Playback::new(Timing::default(), &ops());
+        assert_eq!((p.frame(), p.is_playing()), (48, false));
+        p.play();
+        assert_eq!((p.frame(), p.is_playing()), (0, true));
+        assert_eq!(p.next_frame_in_s(), Some(1.0 / 16.0));
+    }
+
+    #[test]
+    fn the_frame_follows_the_clock_and_not_the_calls() {
+        let mut one = Playback::new(Timing::default(), &ops());
+        one.play();
+        let mut many = one;
+        assert!(!one.advance(1.55));
+        for _ in 0..155 {
+            assert!(!many.advance(0.01));
+        }
+        assert_eq!(one.frame(), 24);
+        assert_eq!(many.frame(), 24);
+    }
+
+    #[test]
+    fn playing_on_after_a_pause_starts_at_the_paused_frame() {
+        let mut p = Playback::new(Timing::default(), &ops());
+        p.play();
+        p.advance(1.0);
+        assert_eq!(p.pause(), 16);
+        assert!(!p.advance(100.0));
+        assert_eq!(p.frame(), 16);
+        p.play();
+        assert_eq!(p.frame(), 16);
+    }
+
+    #[test]
+    fn playback_ends_once_and_stands_on_the_still_picture() {
+        let mut p = Playback::new(Timing::default(), &ops());
+        p.play();
+        assert!(p.advance(1e300));
+        assert!(!p.advance(1.0));
+        assert_eq!((p.frame(), p.next_frame_in_s()), (48, None));
+    }
+
+    #[test]
+    fn nothing_to_play_ends_at_once() {
+        let mut p = Playback::new(Timing::default(), &[]);
+        p.play();
+        assert!(p.advance(0.0));
+        assert_eq!(p.frame(), 0);
     }
 
     #[test]

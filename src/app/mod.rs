@@ -1,1 +1,109 @@
-//! The window.
+//! The viewer: a window that shows the scene, turns with the hand and plays the operations.
+//!
+//! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, the [`painter`]
+//! thread renders it, the [`window`] shows it whole. Everything but the window itself is plain data that tests
+//! reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
+//! number: the window's pixels are the file's, to the bit.
+
+mod action;
+mod backend;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod display;
+mod input;
+mod keys;
+mod orbit;
+mod overlay;
+mod painter;
+mod present;
+mod screenshot;
+mod state;
+mod statistics;
+mod window;
+
+use std::fmt;
+
+use crate::camera::{Camera, Pivot};
+use crate::geometry::Aabb;
+use crate::render::Settings;
+use crate::scene::Scene;
+use crate::simd::Kernel;
+use crate::timeline::Timing;
+
+/// What to show and how.
+#[derive(Debug)]
+pub struct AppOptions {
+    /// The scene; the window has it to itself.
+    pub scene: Scene,
+    /// What the window's title calls it.
+    pub name: String,
+    /// The picture's size in physical pixels; `None`: the projection plane's shape.
+    pub size: Option<(usize, usize)>,
+    /// How to render, to begin with.
+    pub settings: Settings,
+    /// Threads that render; 0: one a core.
+    pub threads: usize,
+    /// How operations become frames.
+    pub timing: Timing,
+    /// Map the projection plane onto the picture as it is.
+    pub stretch: bool,
+    /// What operations and hands turn the camera about.
+    pub pivot: Pivot,
+    /// Begin by playing the operations.
+    pub play: bool,
+    /// Something may be drawn over the picture when it is asked for.
+    pub overlay: bool,
+}
+
+impl AppOptions {
+    /// The state that the window opens with.
+    fn initial_state(&self) -> state::State {
+        let bounds = Aabb::of_triangles(&self.scene.triangles);
+        let base = Camera::of_scene(&self.scene, bounds);
+        let setting = state::Setting {
+            base,
+            operations: self.scene.operations.clone(),
+            timing: self.timing,
+            pivot: self.pivot.point(bounds),
+            stretch: self.stretch,
+            overlay: self.overlay,
+            kernels: Kernel::available(),
+        };
+        let size = self.size.unwrap_or_else(|| base.default_size());
+        let mut state = state::State::new(setting, self.settings, size);
+        if self.play {
+            state.play();
+        }
+        state
+    }
+}
+
+/// Why there is no window, or no longer one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AppError {
+    /// No display answers, or it gives no window: the one failure that says nothing against the scene.
+    NoWindow {
+        /// What was tried.
+        why: String,
+    },
+    /// Something that a window needs failed.
+    Broken {
+        /// What.
+        why: String,
+    },
+}
+
+impl fmt::Display for AppError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            AppError::NoWindow { why } => write!(
+                f,
+                "no window to be had: {why}\nhint: `raybomb render SCENE -o picture.png` needs no window"
+            ),
+            AppError::Broken { why } => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for AppError {}
+
+pub use window::run;

@@ -183,6 +183,8 @@ pub struct DemoArgs {
     /// Save the demo as a scene file (- for the standard output) instead of opening it
     #[arg(long, value_name = "FILE", requires = "name")]
     pub write: Option<PathBuf>,
+    #[command(flatten)]
+    pub window: WindowOptions,
 }
 
 /// What a picture shows, of what size, and what makes it.

@@ -22,7 +22,7 @@ pub fn run(args: &DemoArgs, progress: &Progress) -> Outcome {
     let demo = find(name)?;
     match &args.write {
         Some(path) => save(demo, path, progress),
-        None => view::open_demo(demo),
+        None => view::open_demo(demo, &args.window),
     }
 }
 

@@ -44,6 +44,30 @@ pub fn write_whole(
     }
 }
 
+/// What `write` writes becomes a new file in `folder` under the first of `names` that is free, whole or not at
+/// all; `None` when all are taken. No file is ever replaced.
+///
+/// # Errors
+/// Those of `write` and of the file system.
+pub fn write_new(
+    folder: &Path,
+    names: impl Iterator<Item = String>,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<Option<String>> {
+    when_no_file_is_open(|| {
+        let mut temporary = temporary_in(folder)?;
+        write_to(temporary.as_file_mut(), write)?;
+        for name in names {
+            match temporary.persist_noclobber(folder.join(&name)) {
+                Ok(_) => return Ok(Some(name)),
+                Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => temporary = e.file,
+                Err(e) => return Err(e.error),
+            }
+        }
+        Ok(None)
+    })
+}
+
 /// False for what exists and is no plain file: pipes, devices, standard streams, also by the names of `/dev/fd`
 /// and `/proc`. Such a target is written directly.
 #[must_use]

@@ -16,7 +16,7 @@ use crate::camera::View;
 use crate::frame::{Frame, Hits};
 use crate::scene::Triangle;
 
-pub use atomic::{is_regular, when_no_file_is_open, write_whole};
+pub use atomic::{is_regular, when_no_file_is_open, write_new, write_whole};
 pub use hash::{Hasher, picture_hash};
 
 /// A kind of file that we write, chosen by the extension of its name.

@@ -1,0 +1,97 @@
+//! winit's event loop for the display that answers, and what is special about each kind of display.
+
+use std::panic;
+
+use winit::event_loop::{EventLoop, EventLoopBuilder};
+use winit::window::WindowAttributes;
+
+use super::AppError;
+
+/// What desktops call the program when they match windows to icons and rules.
+const APP_ID: &str = "raybomb";
+
+/// An event loop on the display that answers.
+///
+/// # Errors
+/// [`AppError::NoWindow`] when none does, or winit makes nothing of it.
+pub fn event_loop<T: 'static>() -> Result<EventLoop<T>, AppError> {
+    let mut builder = EventLoop::with_user_event();
+    choose_display(&mut builder)?;
+    match quietly(move || builder.build()) {
+        Ok(Ok(event_loop)) => Ok(event_loop),
+        Ok(Err(e)) => Err(no_window(&e)),
+        Err(panicked) => Err(AppError::NoWindow { why: panicked }),
+    }
+}
+
+/// winit's error without the place in winit's source that it begins with.
+pub fn no_window(error: &impl ToString) -> AppError {
+    let text = error.to_string();
+    let why = match text.split_once(": ") {
+        Some((place, why)) if place.starts_with("os error at ") => why,
+        _ => &text,
+    };
+    AppError::NoWindow { why: why.into() }
+}
+
+/// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension.
+fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let result = panic::catch_unwind(panic::AssertUnwindSafe(work));
+    panic::set_hook(hook);
+    result.map_err(|panicked| super::painter::message_of(&*panicked))
+}
+
+#[cfg(all(unix, not(target_vendor = "apple")))]
+fn choose_display<T>(builder: &mut EventLoopBuilder<T>) -> Result<(), AppError> {
+    use super::display::{self, Display};
+    use winit::platform::{wayland::EventLoopBuilderExtWayland, x11::EventLoopBuilderExtX11};
+    match display::find(|name| std::env::var_os(name)) {
+        Ok(Display::Wayland) => builder.with_wayland(),
+        Ok(Display::X11) => builder.with_x11(),
+        Err(why) => return Err(AppError::NoWindow { why }),
+    };
+    Ok(())
+}
+
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+fn choose_display<T>(_builder: &mut EventLoopBuilder<T>) -> Result<(), AppError> {
+    Ok(())
+}
+
+/// The window with the program's name on it.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn named(attributes: WindowAttributes) -> WindowAttributes {
+    use winit::platform::{wayland, x11};
+    let attributes = wayland::WindowAttributesExtWayland::with_name(attributes, APP_ID, APP_ID);
+    x11::WindowAttributesExtX11::with_name(attributes, APP_ID, APP_ID)
+}
+
+/// The window with the program's name on it.
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub fn named(attributes: WindowAttributes) -> WindowAttributes {
+    attributes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_in_winits_source_is_left_out() {
+        let why = |text: &str| match no_window(&text) {
+            AppError::NoWindow { why } => why,
+            other => panic!("{other}"),
+        };
+        assert_eq!(why("os error at src/x.rs:7: no X: none"), "no X: none");
+        assert_eq!(why("os error"), "os error");
+    }
+
+    #[test]
+    fn a_panic_becomes_its_message() {
+        assert_eq!(quietly(|| 1), Ok(1));
+        let panicked: Result<(), String> = quietly(|| panic!("no {}", "XInput"));
+        assert_eq!(panicked, Err("no XInput".into()));
+    }
+}

@@ -1,0 +1,103 @@
+//! winit's keys, buttons and wheels in the viewer's own words.
+
+use winit::event::{KeyEvent, MouseButton, MouseScrollDelta};
+use winit::keyboard::{
+    Key as WinitKey, KeyCode, ModifiersState, NamedKey, NativeKeyCode, PhysicalKey,
+};
+
+use super::action::{Button, Key, Modifiers};
+use super::input::KeyId;
+
+/// Pixels of a touchpad, at scale factor 1, that are worth a notch of a wheel.
+const PX_PER_NOTCH: f64 = 40.0;
+
+/// What the key types. On a layout whose letters are not ASCII: what it would type on a US one.
+#[must_use]
+pub fn key_of(event: &KeyEvent) -> Option<Key> {
+    match event.logical_key.as_ref() {
+        WinitKey::Named(NamedKey::Space) | WinitKey::Character(" ") => Some(Key::Space),
+        WinitKey::Named(NamedKey::Enter) => Some(Key::Enter),
+        WinitKey::Named(NamedKey::Escape) => Some(Key::Escape),
+        WinitKey::Character(text) => {
+            let c = text.chars().next()?.to_lowercase().next()?;
+            let c = if c.is_ascii() {
+                c
+            } else {
+                latin(event.physical_key).unwrap_or(c)
+            };
+            Some(Key::Char(c))
+        }
+        _ => None,
+    }
+}
+
+/// The letter that stands on the key on a US keyboard.
+fn latin(key: PhysicalKey) -> Option<char> {
+    let PhysicalKey::Code(code) = key else {
+        return None;
+    };
+    // The letters follow one another in winit's list.
+    let at = (code as u32).checked_sub(KeyCode::KeyA as u32)?;
+    (b'a'..=b'z').nth(usize::try_from(at).ok()?).map(char::from)
+}
+
+/// Tells physical keys apart.
+#[must_use]
+pub fn key_id(event: &KeyEvent) -> KeyId {
+    const UNNAMED: KeyId = 1 << 31;
+    match event.physical_key {
+        PhysicalKey::Code(code) => code as KeyId,
+        PhysicalKey::Unidentified(NativeKeyCode::Xkb(code)) => UNNAMED | code,
+        PhysicalKey::Unidentified(_) => UNNAMED,
+    }
+}
+
+/// The modifiers that are down.
+#[must_use]
+pub fn modifiers_of(state: ModifiersState) -> Modifiers {
+    Modifiers {
+        shift: state.shift_key(),
+        ctrl: state.control_key(),
+        foreign: state.alt_key() || state.super_key(),
+    }
+}
+
+/// The button, if the viewer knows it.
+#[must_use]
+pub fn button_of(button: MouseButton) -> Option<Button> {
+    match button {
+        MouseButton::Left => Some(Button::Left),
+        MouseButton::Middle => Some(Button::Middle),
+        MouseButton::Right => Some(Button::Right),
+        _ => None,
+    }
+}
+
+/// Notches of the wheel, away from the user counting up.
+#[must_use]
+pub fn notches_of(delta: MouseScrollDelta, scale_factor: f64) -> f64 {
+    match delta {
+        MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+        MouseScrollDelta::PixelDelta(px) => px.y / (PX_PER_NOTCH * scale_factor),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_follow_one_another_in_winits_list() {
+        for (code, letter) in [
+            (KeyCode::KeyA, 'a'),
+            (KeyCode::KeyI, 'i'),
+            (KeyCode::KeyX, 'x'),
+            (KeyCode::KeyZ, 'z'),
+        ] {
+            assert_eq!(latin(PhysicalKey::Code(code)), Some(letter));
+        }
+        for code in [KeyCode::Digit9, KeyCode::Equal, KeyCode::Minus] {
+            assert_eq!(latin(PhysicalKey::Code(code)), None);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Letters as small grey pictures: each is drawn once a size, at whole pixels, and kept.
+
+use std::collections::HashMap;
+
+use ab_glyph::{Font as _, FontRef, PxScale, ScaleFont, point};
+
+/// A letter as coverage, 0 to 255.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Glyph {
+    /// Pixels from the cell's left border.
+    pub left: i32,
+    /// Pixels from the cell's upper border.
+    pub top: i32,
+    /// Pixels a row.
+    pub width: i32,
+    /// Rows.
+    pub height: i32,
+    /// `width * height` values.
+    pub coverage: Vec<u8>,
+}
+
+/// The Hack font at one size. All letters have the same width.
+#[derive(Debug)]
+pub struct Font {
+    font: FontRef<'static>,
+    size_px: u32,
+    glyphs: HashMap<char, Glyph>,
+}
+
+impl Font {
+    /// The font at `size_px` pixels from the top of the tallest letter to the bottom of the lowest.
+    #[must_use]
+    pub fn new(size_px: u32) -> Font {
+        let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
+            .expect("the built-in font is a font");
+        Font {
+            font,
+            size_px,
+            glyphs: HashMap::new(),
+        }
+    }
+
+    /// Its size.
+    #[must_use]
+    pub fn size_px(&self) -> u32 {
+        self.size_px
+    }
+
+    /// Changes the size; letters of another one are forgotten.
+    pub fn resize(&mut self, size_px: u32) {
+        if self.size_px != size_px {
+            self.size_px = size_px;
+            self.glyphs.clear();
+        }
+    }
+
+    /// Width of a letter and height of a line, in pixels.
+    #[must_use]
+    pub fn cell(&self) -> (i32, i32) {
+        let scaled = self.font.as_scaled(self.scale());
+        let advance = scaled.h_advance(self.font.glyph_id('0'));
+        // Small positive numbers.
+        (
+            advance.round() as i32,
+            (scaled.height() * 1.15).round() as i32,
+        )
+    }
+
+    /// The picture of `c`; empty for a blank.
+    pub fn glyph(&mut self, c: char) -> &Glyph {
+        if !self.glyphs.contains_key(&c) {
+            let glyph = self.draw(c);
+            self.glyphs.insert(c, glyph);
+        }
+        &self.glyphs[&c]
+    }
+
+    fn scale(&self) -> PxScale {
+        // A few dozen pixels: exact.
+        PxScale::from(self.size_px as f32)
+    }
+
+    fn draw(&self, c: char) -> Glyph {
+        let baseline = self.font.as_scaled(self.scale()).ascent().round();
+        let placed = self
+            .font
+            .glyph_id(c)
+            .with_scale_and_position(self.scale(), point(0.0, baseline));
+        let Some(outline) = self.font.outline_glyph(placed) else {
+            return Glyph::default();
+        };
+        let bounds = outline.px_bounds();
+        let mut glyph = Glyph {
+            left: bounds.min.x as i32,
+            top: bounds.min.y as i32,
+            width: bounds.width() as i32,
+            height: bounds.height() as i32,
+            coverage: Vec::new(),
+        };
+        let pixels = usize::try_from(glyph.width * glyph.height).unwrap_or(0);
+        glyph.coverage.resize(pixels, 0);
+        outline.draw(|x, y, coverage| {
+            // x and y lie inside the bounds; the cast saturates.
+            glyph.coverage[(y as i32 * glyph.width + x as i32) as usize] =
+                (coverage * 255.0).round() as u8;
+        });
+        glyph
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_have_ink_and_blanks_have_none() {
+        let mut font = Font::new(16);
+        assert!(font.glyph('M').coverage.iter().any(|&c| c > 200));
+        assert!(font.glyph(' ').coverage.is_empty());
+        let (width, height) = font.cell();
+        assert!(width >= 6 && height > width);
+    }
+
+    #[test]
+    fn another_size_draws_anew() {
+        let mut font = Font::new(12);
+        let small = font.glyph('g').clone();
+        font.resize(24);
+        assert!(font.glyph('g').height > small.height);
+    }
+}

@@ -1,0 +1,113 @@
+//! The only file that names softbuffer: whole pictures into the window.
+
+use std::fmt;
+use std::num::NonZeroU32;
+
+use softbuffer::{Context, SoftBufferError, Surface};
+use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+
+use super::overlay::Canvas;
+use crate::frame::Frame;
+
+/// The window's surface.
+pub struct Presenter<D, W> {
+    surface: Surface<D, W>,
+}
+
+/// The window system would not take the picture.
+#[derive(Debug)]
+pub struct PresentError(SoftBufferError);
+
+impl fmt::Display for PresentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
+    /// A surface for `window`.
+    ///
+    /// # Errors
+    /// When the window system has no pixels to offer.
+    pub fn new(display: D, window: W) -> Result<Presenter<D, W>, PresentError> {
+        let context = Context::new(display).map_err(PresentError)?;
+        let surface = Surface::new(&context, window).map_err(PresentError)?;
+        Ok(Presenter { surface })
+    }
+
+    /// Copies `frame` (none: black) into the window, lets `draw` draw over the copy, shows it. A frame of
+    /// another size is cut off, or stands on black, at the upper left. A window without pixels shows nothing.
+    ///
+    /// # Errors
+    /// When the window system does not take it.
+    pub fn present(
+        &mut self,
+        (width, height): (u32, u32),
+        frame: Option<&Frame>,
+        draw: impl FnOnce(&mut Canvas<'_>),
+    ) -> Result<(), PresentError> {
+        let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
+            return Ok(());
+        };
+        self.surface.resize(columns, rows).map_err(PresentError)?;
+        let mut buffer = self.surface.buffer_mut().map_err(PresentError)?;
+        let mut canvas = Canvas {
+            pixels: &mut buffer,
+            // A window's size fits in memory.
+            width: width as usize,
+            height: height as usize,
+        };
+        copy(frame, &mut canvas);
+        draw(&mut canvas);
+        buffer.present().map_err(PresentError)
+    }
+}
+
+/// Fills the canvas with the frame, and with black where there is none.
+fn copy(frame: Option<&Frame>, canvas: &mut Canvas<'_>) {
+    let Some(frame) = frame.filter(|f| f.width > 0 && f.height > 0) else {
+        canvas.pixels.fill(0);
+        return;
+    };
+    if (frame.width, frame.height) == (canvas.width, canvas.height) {
+        canvas.pixels.copy_from_slice(&frame.pixels);
+        return;
+    }
+    canvas.pixels.fill(0);
+    let columns = frame.width.min(canvas.width);
+    let from = frame.pixels.chunks_exact(frame.width);
+    let to = canvas.pixels.chunks_exact_mut(canvas.width);
+    for (from, to) in from.zip(to) {
+        to[..columns].copy_from_slice(&from[..columns]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn copied(frame: Option<&Frame>, width: usize, height: usize) -> Vec<u32> {
+        let mut pixels = vec![9; width * height];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width,
+            height,
+        };
+        copy(frame, &mut canvas);
+        pixels
+    }
+
+    #[test]
+    fn frames_of_another_size_are_cut_off_or_stand_on_black() {
+        let frame = Frame {
+            width: 2,
+            height: 2,
+            pixels: vec![1, 2, 3, 4],
+        };
+        assert_eq!(copied(Some(&frame), 2, 2), [1, 2, 3, 4]);
+        assert_eq!(copied(Some(&frame), 1, 3), [1, 3, 0]);
+        assert_eq!(copied(Some(&frame), 3, 1), [1, 2, 0]);
+        assert_eq!(copied(None, 2, 1), [0, 0]);
+        assert_eq!(copied(Some(&Frame::default()), 1, 1), [0]);
+    }
+}

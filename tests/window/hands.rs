@@ -1,0 +1,108 @@
+//! Keys and the mouse turn the picture, Enter brings it back to the bit.
+
+use std::time::Duration;
+
+use crate::support::Desk;
+
+#[test]
+fn axis_keys_turn_the_picture_and_enter_restores_it() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    let viewer = desk.view(&[]);
+    viewer.shows(&still, "at start");
+    let mut seen = Vec::new();
+    for key in ["x", "y", "z", "X", "Y", "Z"] {
+        viewer.keys(&[key]);
+        viewer.changes_from(&still, key);
+        let turned = viewer.rests(key);
+        assert!(!seen.contains(&turned), "{key} turns like another key");
+        seen.push(turned);
+        viewer.keys(&["Return"]);
+        viewer.shows(&still, "Enter");
+    }
+}
+
+#[test]
+fn a_held_key_turns_until_it_is_let_go() {
+    let Some(desk) = Desk::new() else { return };
+    let viewer = desk.view(&[]);
+    viewer.hand(&["keydown", "z"]);
+    std::thread::sleep(Duration::from_millis(500));
+    for _ in 0..5 {
+        let old = viewer.grab();
+        viewer.changes_from(&old, "a turning picture");
+    }
+    viewer.hand(&["keyup", "z"]);
+    viewer.rests("a key let go");
+}
+
+#[test]
+fn a_held_key_stops_turning_when_another_window_gets_the_keyboard() {
+    let Some(desk) = Desk::new() else { return };
+    let viewer = desk.view(&[]);
+    let other = desk.view(&[]);
+    other.hand(&["windowmove", "WINDOW", "700", "0"]);
+    viewer.focus();
+    viewer.hand(&["keydown", "z"]);
+    std::thread::sleep(Duration::from_millis(500));
+    let old = viewer.grab();
+    viewer.changes_from(&old, "a turning picture");
+    other.focus();
+    viewer.rests("a window without the keyboard");
+    viewer.hand(&["keyup", "z"]);
+}
+
+#[test]
+fn the_mouse_orbits_pans_and_dollies_and_enter_restores() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    let viewer = desk.view(&[]);
+    viewer.shows(&still, "at start");
+    let mut seen = Vec::new();
+    for (button, held) in [("1", None), ("1", Some("shift")), ("2", None), ("3", None)] {
+        let what = format!("button {button} with {held:?}");
+        viewer.hand(&["mousemove", "--window", "WINDOW", "100", "100"]);
+        if let Some(key) = held {
+            viewer.hand(&["keydown", key]);
+        }
+        viewer.hand(&["mousedown", button]);
+        viewer.hand(&["mousemove", "--window", "WINDOW", "131", "117"]);
+        viewer.hand(&["mouseup", button]);
+        if let Some(key) = held {
+            viewer.hand(&["keyup", key]);
+        }
+        viewer.changes_from(&still, &what);
+        let moved = viewer.rests(&what);
+        viewer.hand(&["mousemove", "--window", "WINDOW", "10", "200"]);
+        assert!(viewer.rests("no button") == moved, "{what} goes on");
+        seen.push(moved);
+        viewer.keys(&["Return"]);
+        viewer.shows(&still, "Enter");
+    }
+    assert!(seen[1] == seen[2], "both ways to pan are the same");
+    assert!(seen[0] != seen[1] && seen[0] != seen[3] && seen[1] != seen[3]);
+    viewer.hand(&["click", "4"]);
+    viewer.changes_from(&still, "the wheel");
+    viewer.keys(&["Return"]);
+    viewer.shows(&still, "Enter after the wheel");
+}
+
+#[test]
+fn q_and_esc_quit_with_0() {
+    let Some(desk) = Desk::new() else { return };
+    for key in ["q", "Escape"] {
+        let mut viewer = desk.view(&[]);
+        viewer.keys(&[key]);
+        assert_eq!(viewer.ends().code(), Some(0), "{key}");
+        assert_eq!(viewer.words(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn quitting_in_the_middle_of_playing_and_turning_is_clean() {
+    let Some(desk) = Desk::new() else { return };
+    let mut viewer = desk.view(&["--play"]);
+    viewer.hand(&["keydown", "x"]);
+    viewer.keys(&["i", "q"]);
+    assert_eq!(viewer.ends().code(), Some(0));
+}

@@ -1,0 +1,392 @@
+//! An X server of its own for each test, the program on it, and the window's pixels.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// A pyramid and a floor behind a set camera, with three operations.
+const SCENE: &str = "\
+<s
+0 -6 4
+-4 -2 3
+4 -2 3
+-4 -2 -3
+0.3 1 -1
+5
+-2 -1 -1  2 -1 -1  0 0 2  255 80 0
+2 -1 -1  0 2 -1  0 0 2  0 200 90
+0 2 -1  -2 -1 -1  0 0 2  60 90 255
+-9 -9 -1.5  9 -9 -1.5  9 9 -1.5  200 200 200
+-9 -9 -1.5  9 9 -1.5  -9 9 -1.5  180 180 190
+<o
+3
+<z 0.7
+<x -0.25
+<y 0.125
+";
+
+/// Longer than anything takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Between two looks.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// An X server with the programs' folder.
+pub struct Desk {
+    server: Child,
+    display: String,
+    folder: TempDir,
+}
+
+impl Desk {
+    /// Starts the server; `None`, said aloud, where the tools are missing and nobody insists on them.
+    pub fn new() -> Option<Desk> {
+        let missing: Vec<&str> = ["Xvfb", "xdotool", "xwd"]
+            .into_iter()
+            .filter(|tool| !is_installed(tool))
+            .collect();
+        if !missing.is_empty() {
+            let words = format!("not installed: {}", missing.join(", "));
+            let ci = std::env::var("CI").is_ok_and(|ci| ci == "true");
+            assert!(!ci, "{words}");
+            println!("SKIPPED, {words}");
+            return None;
+        }
+        let mut server = Command::new("Xvfb")
+            // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
+            .args(["-screen", "0", "1600x1200x24"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb starts");
+        let mut number = String::new();
+        BufReader::new(server.stdout.as_mut().expect("piped"))
+            .read_line(&mut number)
+            .expect("Xvfb tells its number");
+        assert!(!number.trim().is_empty(), "Xvfb found no display number");
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        std::fs::write(folder.path().join("scene.txt"), SCENE).expect("a scene");
+        Some(Desk {
+            server,
+            display: format!(":{}", number.trim()),
+            folder,
+        })
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The program, to be run on this display and no other.
+    pub fn program(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_raybomb"));
+        command
+            .current_dir(self.folder.path())
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET");
+        command
+    }
+
+    /// Opens the scene at 320x240 and waits until the window is there and has the keyboard.
+    pub fn view(&self, options: &[&str]) -> Viewer<'_> {
+        let mut command = self.program();
+        command.args(["view", "scene.txt", "--size", "320x240"]);
+        Viewer::start(self, command.args(options))
+    }
+
+    /// What `raybomb render` writes with these options.
+    pub fn render(&self, options: &[&str]) -> Picture {
+        let output = self
+            .program()
+            .args(["render", "scene.txt", "-o", "expected.bmp"])
+            .args(options)
+            .output()
+            .expect("the program runs");
+        assert!(output.status.success(), "render {options:?}: {output:?}");
+        Picture::from_bmp(&std::fs::read(self.path("expected.bmp")).expect("a BMP file"))
+    }
+
+    /// The still picture at the size that [`Desk::view`] opens.
+    pub fn still(&self) -> Picture {
+        self.render(&["--size", "320x240"])
+    }
+
+    /// Runs xdotool.
+    pub fn xdotool(&self, arguments: &[&str]) -> Output {
+        self.tool("xdotool", arguments)
+    }
+
+    fn tool(&self, tool: &str, arguments: &[&str]) -> Output {
+        Command::new(tool)
+            .args(arguments)
+            .env("DISPLAY", &self.display)
+            .output()
+            .expect("the tool runs")
+    }
+
+    /// The visible window of a process. (Numbers of windows are used again: they tell nothing.)
+    fn window_of(&self, process: u32) -> Option<String> {
+        let process = process.to_string();
+        let search = ["search", "--onlyvisible", "--all", "--pid", &process];
+        let found = self.xdotool(&[&search[..], &["--class", "raybomb"]].concat());
+        let text = String::from_utf8_lossy(&found.stdout).into_owned();
+        text.lines().next().map(str::to_owned)
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+fn is_installed(tool: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(tool).is_file())
+}
+
+/// The program with its window.
+pub struct Viewer<'a> {
+    desk: &'a Desk,
+    child: Child,
+    window: String,
+    words: Arc<Mutex<Vec<String>>>,
+    /// From the start of the process to a window.
+    pub opened_in: Duration,
+}
+
+impl<'a> Viewer<'a> {
+    pub fn start(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
+        let start = Instant::now();
+        let mut child = command
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program runs");
+        let words = collect_lines(child.stderr.take().expect("piped"));
+        let mut viewer = Viewer {
+            desk,
+            child,
+            window: String::new(),
+            words,
+            opened_in: Duration::ZERO,
+        };
+        viewer.window = until("a window", || {
+            let ended = viewer.child.try_wait().expect("it is ours");
+            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
+            desk.window_of(viewer.id())
+        });
+        viewer.opened_in = start.elapsed();
+        viewer.focus();
+        viewer
+    }
+
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Gives the window the keyboard.
+    pub fn focus(&self) {
+        until("the keyboard", || {
+            let done = self.desk.xdotool(&["windowfocus", "--sync", &self.window]);
+            done.status.success().then_some(())
+        });
+    }
+
+    /// Types keys into the window that has the keyboard.
+    pub fn keys(&self, keys: &[&str]) {
+        let arguments: Vec<&str> = ["key"].iter().chain(keys).copied().collect();
+        assert!(self.desk.xdotool(&arguments).status.success());
+    }
+
+    /// Runs xdotool with `WINDOW` replaced by the window's number.
+    pub fn hand(&self, arguments: &[&str]) {
+        let arguments: Vec<&str> = arguments
+            .iter()
+            .map(|a| if *a == "WINDOW" { &self.window } else { *a })
+            .collect();
+        let done = self.desk.xdotool(&arguments);
+        assert!(done.status.success(), "{arguments:?}: {done:?}");
+    }
+
+    pub fn resize(&self, width: usize, height: usize) {
+        let (width, height) = (width.to_string(), height.to_string());
+        self.hand(&["windowsize", "WINDOW", &width, &height]);
+    }
+
+    /// The window's pixels.
+    pub fn grab(&self) -> Picture {
+        let output = self.desk.tool("xwd", &["-silent", "-id", &self.window]);
+        assert!(output.status.success(), "{output:?}");
+        Picture::from_xwd(&output.stdout)
+    }
+
+    /// Waits until the window shows `expected`, to the bit.
+    pub fn shows(&self, expected: &Picture, what: &str) {
+        let start = Instant::now();
+        loop {
+            let shown = self.grab();
+            if shown == *expected {
+                return;
+            }
+            assert!(
+                start.elapsed() < PATIENCE,
+                "{what}: {}",
+                shown.difference(expected)
+            );
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Waits until the window shows anything else, and returns that.
+    pub fn changes_from(&self, old: &Picture, what: &str) -> Picture {
+        until(what, || Some(self.grab()).filter(|new| new != old))
+    }
+
+    /// Waits until the picture has stood still for a while, and returns it.
+    pub fn rests(&self, what: &str) -> Picture {
+        until(what, || {
+            let old = self.grab();
+            std::thread::sleep(Duration::from_millis(400));
+            Some(old).filter(|old| *old == self.grab())
+        })
+    }
+
+    /// Waits for the line number `index` that the program says, counted from 0.
+    pub fn says(&self, index: usize) -> String {
+        until("words", || {
+            self.words.lock().expect("no panic").get(index).cloned()
+        })
+    }
+
+    /// Everything said up to now.
+    pub fn words(&self) -> Vec<String> {
+        self.words.lock().expect("no panic").clone()
+    }
+
+    /// Clock ticks (of a hundredth of a second) of CPU time up to now.
+    pub fn cpu_ticks(&self) -> u64 {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.id())).expect("it runs");
+        let after_name = stat.rsplit_once(')').expect("a name in brackets").1;
+        let fields: Vec<&str> = after_name.split_whitespace().collect();
+        let ticks = |i: usize| fields[i].parse::<u64>().expect("a number");
+        ticks(11) + ticks(12)
+    }
+
+    /// Waits for the end of the program.
+    pub fn ends(&mut self) -> ExitStatus {
+        until("the end", || self.child.try_wait().expect("it is ours"))
+    }
+}
+
+impl Drop for Viewer<'_> {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Asks again and again until there is an answer.
+pub fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(LOOK);
+    }
+}
+
+fn collect_lines(stream: impl Read + Send + 'static) -> Arc<Mutex<Vec<String>>> {
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let to = Arc::clone(&lines);
+    std::thread::spawn(move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            to.lock().expect("no panic").push(line);
+        }
+    });
+    lines
+}
+
+/// Pixels as R, G, B, from top to bottom.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pub rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// What two pictures differ in.
+    fn difference(&self, other: &Picture) -> String {
+        if (self.width, self.height) != (other.width, other.height) {
+            return format!(
+                "{}x{} instead of {}x{}",
+                self.width, self.height, other.width, other.height
+            );
+        }
+        let pixels = self.rgb.chunks(3).zip(other.rgb.chunks(3));
+        let count = pixels.filter(|(a, b)| a != b).count();
+        format!("{count} of {} pixels differ", self.width * self.height)
+    }
+
+    /// Reads a BMP file of ours.
+    fn from_bmp(file: &[u8]) -> Picture {
+        let int = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("4 bytes"));
+        let (width, height) = (int(18) as usize, int(22) as usize);
+        let rows = file[54..].chunks_exact((width * 3).next_multiple_of(4));
+        let rgb = rows
+            .rev()
+            .flat_map(|row| row[..width * 3].chunks_exact(3))
+            .flat_map(|c| [c[2], c[1], c[0]])
+            .collect();
+        Picture { width, height, rgb }
+    }
+
+    /// Reads a PNG file of ours.
+    pub fn from_png(file: &[u8]) -> Picture {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
+            .read_info()
+            .expect("a PNG file");
+        let mut rgb = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut rgb).expect("a whole picture");
+        Picture {
+            width: info.width as usize,
+            height: info.height as usize,
+            rgb,
+        }
+    }
+
+    /// Reads what xwd writes of a window with 32 bits a pixel.
+    fn from_xwd(file: &[u8]) -> Picture {
+        let int = |i: usize| {
+            let bytes = file[i * 4..i * 4 + 4].try_into().expect("4 bytes");
+            u32::from_be_bytes(bytes)
+        };
+        let size = |i: usize| int(i) as usize;
+        let (width, height, row_bytes) = (size(4), size(5), size(12));
+        assert_eq!(int(11), 32, "bits a pixel");
+        assert_eq!([int(14), int(15), int(16)], [0xff_0000, 0xff00, 0xff]);
+        let big_endian = int(7) == 1;
+        let pixels = &file[size(0) + size(19) * 12..];
+        let rgb = pixels
+            .chunks_exact(row_bytes)
+            .take(height)
+            .flat_map(|row| row[..width * 4].chunks_exact(4))
+            .flat_map(|p| {
+                if big_endian {
+                    [p[1], p[2], p[3]]
+                } else {
+                    [p[2], p[1], p[0]]
+                }
+            })
+            .collect();
+        Picture { width, height, rgb }
+    }
+}

@@ -129,7 +129,7 @@ fn without_the_guard_meshes_leak() {
         for y in (0..SIZE.1 - TILE).step_by(TILE) {
             for x in (0..SIZE.0 - TILE).step_by(TILE) {
                 tracer.trace::<false>(Kernel::best(), world.bvh(), &rig.tile(x, y));
-                holes += tracer.tile.id.iter().filter(|&&id| id == MISS).count();
+                holes += tracer.tile().id.iter().filter(|&&id| id == MISS).count();
             }
         }
     }

@@ -173,7 +173,7 @@ impl Renderer {
             let hit = engine.trace(tracer, settings.kernel, out.x, out.y, count_cost);
             clock.traced();
             if hit || count_cost {
-                shader.shade(&tracer.tile, out);
+                shader.shade(tracer.tile(), out);
             } else {
                 (0..out.height).for_each(|y| out.row(y).fill(Rgb::BLACK.packed()));
             }
@@ -201,7 +201,7 @@ impl Renderer {
             let hit = engine.trace(tracer, kernel, out.x, out.y, false);
             let ids = &world.bvh().file_ids;
             if hit {
-                write_hits(kernel, &tracer.tile, ids, engine.t_per_w(), out);
+                write_hits(kernel, tracer.tile(), ids, engine.t_per_w(), out);
             } else {
                 (0..out.height).for_each(|y| out.row(y).fill(Hit::NONE));
             }
@@ -326,13 +326,11 @@ impl<'a> EngineAtWork<'a> {
                 return tracer.trace::<false>(kernel, self.bvh, &self.rig.tile(x, y));
             }
             Kind::Brute(corners) => {
-                tracer.tile.clear();
                 let space: TileSpace = self.rig.tile(x, y);
-                brute::trace(corners, &self.bvh.file_ids, &space, &mut tracer.tile);
+                brute::trace(corners, &self.bvh.file_ids, &space, tracer.cleared_tile());
             }
             Kind::Report(report) => {
-                tracer.tile.clear();
-                self.report_tile(report, &mut tracer.tile, x, y);
+                self.report_tile(report, tracer.cleared_tile(), x, y);
             }
         }
         true

@@ -7,7 +7,7 @@ use super::space::{TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
 use crate::bvh::{Bvh, Child, Node};
 use crate::raw::prefetch;
-use crate::simd::{Kernel, Lanes, SimdBase, SimdMask, dispatch, lanes, load};
+use crate::simd::{Kernel, Lanes, SimdBase, SimdMask, dispatch, f32x8, lanes, load};
 
 /// Leaves wait here until their lines have come from memory; more than 4 does not help.
 const WAITING: usize = 4;
@@ -109,8 +109,9 @@ impl Horizon {
 /// What one thread needs to trace tiles: the hits of the tile at work and room for the way down.
 #[derive(Clone, Debug)]
 pub struct Tracer {
-    /// The hits.
-    pub tile: Box<Tile>,
+    tile: Box<Tile>,
+    /// Whether the tile holds anything.
+    used: bool,
     stack: Vec<Entry>,
     waiting: [Entry; WAITING],
     horizon: Horizon,
@@ -122,6 +123,7 @@ impl Default for Tracer {
     fn default() -> Tracer {
         Tracer {
             tile: Tile::new(),
+            used: false,
             stack: vec![Entry::NONE; 256],
             waiting: [Entry::NONE; WAITING],
             horizon: Horizon::OPEN,
@@ -143,6 +145,22 @@ impl Tracer {
         }
     }
 
+    /// The hits of the last tile.
+    #[must_use]
+    pub fn tile(&self) -> &Tile {
+        &self.tile
+    }
+
+    /// The tile, all misses, to be filled by another engine.
+    pub fn cleared_tile(&mut self) -> &mut Tile {
+        if self.used {
+            self.tile.clear();
+        }
+        // Whatever the caller does to it.
+        self.used = true;
+        &mut self.tile
+    }
+
     /// Traces one tile; the hits are in [`Tracer::tile`]. `COST` counts tests too. Returns false when nothing was
     /// hit.
     ///
@@ -154,15 +172,18 @@ impl Tracer {
         bvh: &Bvh,
         space: &TileSpace,
     ) -> bool {
-        self.tile.clear();
+        let tile = self.cleared_tile();
         if bvh.nodes.is_empty() {
             return false;
         }
         if !is_tame(bvh, space) {
-            brute::trace(&bvh.corners(), &bvh.file_ids, space, &mut self.tile);
+            brute::trace(&bvh.corners(), &bvh.file_ids, space, tile);
             return true;
         }
-        dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space))
+        let hit = dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space));
+        // Tiles of the background come in rows: they need no clearing.
+        self.used = hit || COST;
+        hit
     }
 
     #[inline(always)]
@@ -174,6 +195,7 @@ impl Tracer {
             horizon,
             scratch,
             guard,
+            ..
         } = self;
         *horizon = Horizon::OPEN;
         let frustum = Frustum::new(space);
@@ -233,20 +255,20 @@ impl Tracer {
             if depth + 8 > stack.len() {
                 stack.resize(2 * stack.len(), Entry::NONE);
             }
+            let all_near = f32x8::load_array_ref(simd, &survivors.near);
             let mut left = survivors.mask;
             while left != 0 {
                 let i = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.children[i];
                 ask_for(bvh, child);
-                // Nearest on top: as deep as there are farther ones.
                 let near = survivors.near[i];
-                let mut below = 0;
-                for (j, &other) in survivors.near.iter().enumerate() {
-                    let farther = other > near || (other == near && j > i);
-                    below += usize::from(farther && survivors.mask >> j & 1 != 0);
-                }
-                stack[depth + below] = Entry {
+                // Nearest on top: as deep as there are farther ones; of equals, the later lies deeper.
+                let nears = f32x8::splat(simd, near);
+                let farther = all_near.simd_gt(nears).to_bitmask() as u32;
+                let as_far = all_near.simd_ge(nears).to_bitmask() as u32;
+                let below = (farther | as_far & (u32::MAX << i << 1)) & survivors.mask;
+                stack[depth + below.count_ones() as usize] = Entry {
                     near,
                     child,
                     blocks: survivors.block_mask(i),

@@ -4,14 +4,17 @@
 //! parallel in memory laid out beforehand (a subtree over n triangles has at most 2n − 1 nodes), so neither the
 //! tree nor its order depends on the threads.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 use super::{MAX_LEAF, solid};
 use crate::geometry::Aabb;
 use crate::scene::Triangle;
 
+/// Bins of an axis; for ranges of few triangles, [`FEW_BINS`].
 const BINS: usize = 16;
+/// Bins for ranges below twice as many triangles as [`BINS`]: setting up more costs more than it finds.
+const FEW_BINS: usize = 8;
 /// At this size a range is not worth splitting.
 const SMALL_LEAF: usize = 4;
 /// What one step through a node costs, in triangle tests. The kernels test 16 triangles nearly as fast as one.
@@ -24,9 +27,10 @@ const PARALLEL_BIN: usize = 1 << 16;
 /// A triangle while the tree is built.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ref {
-    /// Smallest coordinates; the fourth is not used.
+    /// Smallest coordinates; the fourth number is the low half of the triangle's number in the file.
     min: Vec4,
-    /// Largest coordinates; the bits of the fourth are the triangle's number in the file.
+    /// Largest coordinates; the fourth is the high half. (As numbers, not as bits: small numbers' bits are denormal
+    /// floats, and arithmetic that drags them along takes three times as long.)
     max: Vec4,
 }
 
@@ -34,13 +38,13 @@ impl Ref {
     fn new(triangle: &Triangle, id: u32) -> Ref {
         let [a, b, c] = triangle.corners;
         Ref {
-            min: a.min(b).min(c).extend(0.0),
-            max: a.max(b).max(c).extend(f32::from_bits(id)),
+            min: a.min(b).min(c).extend((id & 0xffff) as f32),
+            max: a.max(b).max(c).extend((id >> 16) as f32),
         }
     }
 
     pub(super) fn id(&self) -> u32 {
-        self.max.w.to_bits()
+        (self.max.w as u32) << 16 | self.min.w as u32
     }
 
     /// Half of each bound first: the sum may be beyond the range of `f32`.
@@ -166,7 +170,7 @@ pub(super) fn build(triangles: &[Triangle]) -> Tree {
     let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
     let builder = Builder {
         // Areas of very large or very small scenes would leave the range of f32.
-        scale: Vec3::splat((1.0 / size) as f32),
+        scale: Vec4::splat((1.0 / size) as f32),
     };
     let mut nodes = vec![BinaryNode::UNUSED; 2 * refs.len() - 1];
     builder.subtree(&mut nodes, &mut refs, 0, extent);
@@ -178,7 +182,7 @@ pub(super) fn build(triangles: &[Triangle]) -> Tree {
 }
 
 struct Builder {
-    scale: Vec3,
+    scale: Vec4,
 }
 
 /// Where to cut: ranges with a bin number of at most `last_left` along `axis` go left.
@@ -198,11 +202,11 @@ struct Binning {
 }
 
 impl Binning {
-    fn new(centroids: Bounds) -> Binning {
+    fn new(centroids: Bounds, bins: usize) -> Binning {
         let size = centroids.max - centroids.min;
         let factor = |d: f32| {
-            // A little less than the count, so that the largest centroid stays in the last bin.
-            let f = BINS as f32 * 0.9999 / d;
+            // A little less than the last bin's number, so that the largest centroid stays below its upper end.
+            let f = (bins - 1) as f32 * 0.9999 / d;
             if d > 0.0 && f.is_finite() { f } else { 0.0 }
         };
         Binning {
@@ -211,11 +215,18 @@ impl Binning {
         }
     }
 
-    /// The bin on each axis, below [`BINS`].
+    /// The bin on each axis, below [`BINS`]: the nearest of evenly spaced centres.
     #[inline(always)]
-    fn bins(&self, r: &Ref) -> [usize; 3] {
-        let b = (r.centroid() - self.origin) * self.factor;
-        [b.x, b.y, b.z].map(|b| (b as usize).min(BINS - 1))
+    fn bins_of(&self, r: &Ref) -> [usize; 3] {
+        // Beyond 2²³ an f32 has no fraction: its low bits are the rounded number. Cheaper than a conversion.
+        let b = (r.centroid() - self.origin) * self.factor + Vec4::splat(8_388_608.0);
+        [b.x, b.y, b.z].map(|b| b.to_bits() as usize % BINS)
+    }
+
+    /// The bin on one axis.
+    #[inline(always)]
+    fn bin_of(&self, r: &Ref, axis: usize) -> usize {
+        self.bins_of(r)[axis]
     }
 }
 
@@ -225,30 +236,32 @@ struct Bin {
     count: u32,
 }
 
-type Bins = [[Bin; BINS]; 3];
+/// The bins of three axes.
+type Bins<const N: usize> = [[Bin; N]; 3];
 
-fn bin_piece(refs: &[Ref], binning: Binning) -> Bins {
+fn bin_piece<const N: usize>(refs: &[Ref], binning: Binning) -> Bins<N> {
     let empty = Bin {
         bounds: Bounds::EMPTY,
         count: 0,
     };
-    let mut bins = [[empty; BINS]; 3];
+    let mut bins = [[empty; N]; 3];
     for r in refs {
-        for (row, i) in bins.iter_mut().zip(binning.bins(r)) {
-            row[i].bounds.grow(r.min, r.max);
-            row[i].count += 1;
+        for (row, i) in bins.iter_mut().zip(binning.bins_of(r)) {
+            let bin = &mut row[i % N];
+            bin.bounds.grow(r.min, r.max);
+            bin.count += 1;
         }
     }
     bins
 }
 
-fn bin(refs: &[Ref], binning: Binning) -> Bins {
+fn bin<const N: usize>(refs: &[Ref], binning: Binning) -> Bins<N> {
     if refs.len() <= PARALLEL_BIN {
         return bin_piece(refs, binning);
     }
     refs.par_chunks(PARALLEL_BIN)
         .map(|piece| bin_piece(piece, binning))
-        .reduce_with(|mut a, b| {
+        .reduce_with(|mut a: Bins<N>, b| {
             for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
                 a.bounds = a.bounds.join(b.bounds);
                 a.count += b.count;
@@ -260,7 +273,7 @@ fn bin(refs: &[Ref], binning: Binning) -> Bins {
 
 impl Builder {
     fn area(&self, bounds: &Bounds) -> f32 {
-        let d = ((bounds.max - bounds.min).xyz() * self.scale).max(Vec3::ZERO);
+        let d = ((bounds.max - bounds.min) * self.scale).max(Vec4::ZERO);
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
@@ -310,48 +323,52 @@ impl Builder {
         }
     }
 
-    /// The cheapest of the cuts between bins, or `None` when all centroids share a bin on every axis.
+    /// The cheapest cut, or `None` when all centroids share a bin on every axis.
     fn best_split(&self, refs: &[Ref], extent: Extent) -> Option<Split> {
-        let binning = Binning::new(extent.centroids);
-        let bins = bin(refs, binning);
-        let mut best: Option<Split> = None;
-        for (axis, bins) in bins.iter().enumerate() {
-            // Cost of everything right of each cut, from the right.
-            let mut right_cost = [0.0f32; BINS];
-            let mut right_count = [0u32; BINS];
+        if refs.len() < 2 * BINS {
+            self.best_of_bins::<FEW_BINS>(refs, extent)
+        } else {
+            self.best_of_bins::<BINS>(refs, extent)
+        }
+    }
+
+    /// The cheapest of the cuts between `N` bins on each axis.
+    fn best_of_bins<const N: usize>(&self, refs: &[Ref], extent: Extent) -> Option<Split> {
+        let binning = Binning::new(extent.centroids, N);
+        let bins = bin::<N>(refs, binning);
+        let (mut cost, mut axis, mut last_left) = (f32::INFINITY, 0, 0);
+        for (this_axis, bins) in bins.iter().enumerate() {
+            // What lies right of each cut, from the right.
+            let mut right = [(0.0f32, 0u32); N];
             let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-            for i in (1..BINS).rev() {
+            for i in (1..N).rev() {
                 bounds = bounds.join(bins[i].bounds);
                 count += bins[i].count;
-                right_cost[i - 1] = self.area(&bounds) * count as f32;
-                right_count[i - 1] = count;
+                right[i - 1] = (self.area(&bounds) * count as f32, count);
             }
             let (mut bounds, mut count) = (Bounds::EMPTY, 0);
-            for i in 0..BINS - 1 {
-                bounds = bounds.join(bins[i].bounds);
-                count += bins[i].count;
-                if count == 0 || right_count[i] == 0 {
-                    continue;
-                }
-                let cost = self.area(&bounds) * count as f32 + right_cost[i];
-                if best.as_ref().is_none_or(|b| cost < b.cost) {
-                    best = Some(Split {
-                        axis,
-                        last_left: i,
-                        binning,
-                        cost,
-                    });
+            for (i, bin) in bins[..N - 1].iter().enumerate() {
+                bounds = bounds.join(bin.bounds);
+                count += bin.count;
+                let this_cost = self.area(&bounds) * count as f32 + right[i].0;
+                if this_cost < cost && count > 0 && right[i].1 > 0 {
+                    (cost, axis, last_left) = (this_cost, this_axis, i);
                 }
             }
         }
-        best
+        (cost < f32::INFINITY).then_some(Split {
+            axis,
+            last_left,
+            binning,
+            cost,
+        })
     }
 }
 
 /// Reorders `refs` so that the left side comes first; its length and both extents.
 fn partition(refs: &mut [Ref], split: &Split) -> (usize, Extent, Extent) {
     let (mut left, mut right) = (Extent::EMPTY, Extent::EMPTY);
-    let goes_left = |r: &Ref| split.binning.bins(r)[split.axis] <= split.last_left;
+    let goes_left = |r: &Ref| split.binning.bin_of(r, split.axis) <= split.last_left;
     let (mut i, mut j) = (0, refs.len());
     while i < j {
         if goes_left(&refs[i]) {

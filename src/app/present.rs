@@ -20,7 +20,12 @@ pub struct PresentError(SoftBufferError);
 
 impl fmt::Display for PresentError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        match &self.0 {
+            // Its own text shows the first part as Rust's debug output.
+            SoftBufferError::PlatformError(Some(what), Some(why)) => write!(f, "{what}: {why}"),
+            SoftBufferError::PlatformError(Some(what), None) => f.write_str(what),
+            other => other.fmt(f),
+        }
     }
 }
 

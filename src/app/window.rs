@@ -410,7 +410,8 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            // Destroyed: by another program, behind our back.
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::Occluded(occluded) => self.occluded(occluded),

@@ -99,6 +99,14 @@ fn q_and_esc_quit_with_0() {
 }
 
 #[test]
+fn a_window_that_another_program_destroys_quits_with_0() {
+    let Some(desk) = Desk::new() else { return };
+    let mut viewer = desk.view(&["--play"]);
+    viewer.hand(&["windowclose", "WINDOW"]);
+    assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
 fn quitting_in_the_middle_of_playing_and_turning_is_clean() {
     let Some(desk) = Desk::new() else { return };
     let mut viewer = desk.view(&["--play"]);

@@ -27,6 +27,7 @@ fn help(args: &[&str]) -> String {
 /// All `--options` in `text`.
 fn options(text: &str) -> BTreeSet<String> {
     text.split(|c: char| c.is_whitespace() || "`,[]|()".contains(c))
+        .map(|word| word.trim_end_matches(['.', ':', ';']))
         .filter(|word| word.starts_with("--") && word.len() > 2)
         .map(str::to_owned)
         .collect()

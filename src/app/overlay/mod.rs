@@ -243,35 +243,4 @@ mod tests {
         let sheet = overlay.sheet.clone();
         assert!(overlay.layout(&canvas, &sheet).fits(&canvas));
     }
-
-    /// A figure for the record, not a limit: machines differ. `cargo test --release -- --ignored --nocapture`
-    #[test]
-    #[ignore = "measures"]
-    fn cost_at_1080p() {
-        let mut overlay = Overlay::new(1.0);
-        let mut pixels = vec![0xff_ffff; 1920 * 1080];
-        let lines: Vec<Line> = (0..10)
-            .map(|i| Line::new("name", format!("a line of figures {i}")))
-            .collect();
-        for wish in [
-            OverlayWish {
-                sheet: false,
-                ..everything()
-            },
-            everything(),
-        ] {
-            let mut best = f64::INFINITY;
-            for _ in 0..200 {
-                let start = std::time::Instant::now();
-                let mut canvas = Canvas {
-                    pixels: &mut pixels,
-                    width: 1920,
-                    height: 1080,
-                };
-                overlay.draw(&mut canvas, &wish, &lines);
-                best = best.min(start.elapsed().as_secs_f64() * 1e3);
-            }
-            println!("sheet: {}: {best:.3} ms", wish.sheet);
-        }
-    }
 }

@@ -34,6 +34,7 @@ impl Frame {
 }
 
 /// What one pixel's ray hits.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The triangle's number in the file, or [`MISS`].

@@ -5,7 +5,16 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::scene::Axis;
+/// A world axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// `<x`
+    X,
+    /// `<y`
+    Y,
+    /// `<z`
+    Z,
+}
 
 /// The rotation about a world axis by `angle_rad` radians, right-handed.
 #[must_use]

@@ -1,10 +1,13 @@
 //! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
 //!
-//! Prefetching, and pictures whose tiles are written by several threads at once. Both have a safe face.
+//! Prefetching, pictures whose tiles are written by several threads at once, and hits seen as words. All have a safe
+//! face.
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::frame::Hit;
 
 /// Asks for the 64-byte cache line number `line` behind the start of element `index` of `slice`. A hint: any index
 /// is allowed.
@@ -24,6 +27,14 @@ pub fn prefetch<T>(slice: &[T], index: usize, line: usize) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = address;
+}
+
+/// The words of hits: the triangle's number, then the bits of `t`, hit by hit.
+pub fn hit_words(hits: &mut [Hit]) -> &mut [u32] {
+    const { assert!(size_of::<Hit>() == 8 && align_of::<Hit>() == align_of::<u32>()) };
+    // SAFETY: a `Hit` is `repr(C)`, a `u32` and an `f32`: 8 bytes without padding, aligned like a `u32`, and every
+    // bit pattern is a value of both. The slice covers the same bytes, borrowed for as long.
+    unsafe { std::slice::from_raw_parts_mut(hits.as_mut_ptr().cast::<u32>(), 2 * hits.len()) }
 }
 
 /// A plane of pixels that is handed out tile by tile, each tile once, to any number of threads.
@@ -156,6 +167,18 @@ mod tests {
             assert!(tiles.next().is_none());
             assert!(plane.iter().all(|&p| p == 1), "{w}x{h} in tiles of {size}");
         }
+    }
+
+    #[test]
+    fn words_of_hits_are_number_and_distance() {
+        let mut hits = [Hit { id: 7, t: 1.5 }, Hit::NONE];
+        hit_words(&mut hits)[0] = 8;
+        let infinity = f32::INFINITY.to_bits();
+        assert_eq!(
+            hit_words(&mut hits),
+            [8, 1.5f32.to_bits(), u32::MAX, infinity]
+        );
+        assert_eq!(hits[0].id, 8);
     }
 
     #[test]

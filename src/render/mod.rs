@@ -2,6 +2,8 @@
 //!
 //! The window and the files get their pictures from the same [`Renderer`], so they are the same bits.
 
+mod hit_plane;
+
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -9,13 +11,13 @@ use std::time::{Duration, Instant};
 use crate::bvh::Bvh;
 use crate::camera::View;
 use crate::color::Rgb;
-use crate::frame::{Frame, Hit, Hits, MISS};
+use crate::frame::{Frame, Hit, Hits};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
 use crate::shade::Shader;
 pub use crate::shade::{Reflection, ViewMode};
-use crate::simd::{Kernel, dispatch};
-use crate::trace::tile::{BLOCKS, block_offset, pixel_offset};
+use crate::simd::Kernel;
+use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, TILE, Tile, TileSpace, Tracer, brute};
 use crate::world::World;
 
@@ -201,7 +203,7 @@ impl Renderer {
             let hit = engine.trace(tracer, kernel, out.x, out.y, false);
             let ids = &world.bvh().file_ids;
             if hit {
-                write_hits(kernel, tracer.tile(), ids, engine.t_per_w(), out);
+                hit_plane::write(kernel, tracer.tile(), ids, engine.t_per_w(), out);
             } else {
                 (0..out.height).for_each(|y| out.row(y).fill(Hit::NONE));
             }
@@ -348,53 +350,5 @@ impl<'a> EngineAtWork<'a> {
             }
         }
         tile.cost.fill(u32::try_from(ids.len()).unwrap_or(u32::MAX));
-    }
-}
-
-/// Writes the hits of a tile to the plane, with the file's numbers.
-fn write_hits(
-    kernel: Kernel,
-    tile: &Tile,
-    file_ids: &[u32],
-    t_per_w: f32,
-    out: &mut PlaneTile<'_, Hit>,
-) {
-    // Compiled for each width, so that the compiler's own vectors are wide too.
-    dispatch!(kernel, _simd => write_hits_plainly(tile, file_ids, t_per_w, out));
-}
-
-#[inline(always)]
-fn write_hits_plainly(tile: &Tile, file_ids: &[u32], t_per_w: f32, out: &mut PlaneTile<'_, Hit>) {
-    let mut rows = [[Hit::NONE; TILE]; 4];
-    for by in 0..out.height.div_ceil(4) {
-        for bx in 0..BLOCKS {
-            let at = block_offset(bx, by);
-            let ids: &[u32; 16] = tile.id[at..at + 16]
-                .try_into()
-                .expect("a block has 16 pixels");
-            let z: &[f32; 16] = tile.z[at..at + 16]
-                .try_into()
-                .expect("a block has 16 pixels");
-            let mut file = [MISS; 16];
-            if ids.iter().all(|&id| id == ids[0]) {
-                file = [file_ids.get(ids[0] as usize).copied().unwrap_or(MISS); 16];
-            } else {
-                for (file, &id) in file.iter_mut().zip(ids) {
-                    *file = file_ids.get(id as usize).copied().unwrap_or(MISS);
-                }
-            }
-            // A miss has z = 0: 1/0 is the infinity that it shall show.
-            let t = z.map(|z| (1.0 / z) * t_per_w);
-            for lane in 0..16 {
-                rows[lane / 4][4 * bx + lane % 4] = Hit {
-                    id: file[lane],
-                    t: t[lane],
-                };
-            }
-        }
-        for (y, row) in rows.iter().enumerate().take(out.height - 4 * by) {
-            let width = out.width;
-            out.row(4 * by + y).copy_from_slice(&row[..width]);
-        }
     }
 }

@@ -4,8 +4,8 @@ use std::fmt;
 use std::ops::Range;
 
 use super::locate::Location;
-use super::model::Axis;
 use super::snippet::{Severity, annotate};
+use crate::math::Axis;
 
 /// Everything found wrong with one file, in the order in which it was found.
 #[derive(Clone, Debug, PartialEq)]

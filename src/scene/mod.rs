@@ -23,9 +23,10 @@ mod snippet;
 mod testing;
 mod writer;
 
+pub use crate::math::Axis;
 pub use error::{Channel, Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
 pub use locate::{Location, locate_triangles};
-pub use model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
+pub use model::{CameraCorners, CameraSetting, Operation, Scene, Triangle};
 pub use parser::parse;
 pub use snippet::{Severity, annotate};
 pub use writer::{camera_text, write};

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::color::Rgb;
+use crate::math::Axis;
 
 /// A whole scene, exactly as a file states it. Knows nothing of rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,15 +56,4 @@ pub struct Operation {
     pub axis: Axis,
     /// Right-handed angle in radians.
     pub angle_rad: f64,
-}
-
-/// A world axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Axis {
-    /// `<x`
-    X,
-    /// `<y`
-    Y,
-    /// `<z`
-    Z,
 }

@@ -13,10 +13,11 @@ use super::advice::{hint, tail_help};
 use super::error::{Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
 use super::lexer::{Cursor, is_blank};
 use super::locate::Locator;
-use super::model::{Axis, CameraCorners, CameraSetting, Operation, Scene, Triangle};
+use super::model::{CameraCorners, CameraSetting, Operation, Scene, Triangle};
 use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
 use crate::color::Rgb;
+use crate::math::Axis;
 
 /// Words of a triangle: nine coordinates and three colours.
 pub(super) const WORDS_PER_TRIANGLE: usize = 12;

@@ -10,9 +10,9 @@ use std::ops::Range;
 use super::advice::hint;
 use super::error::{Channel, Expected, Found, Point};
 use super::lexer::{Cursor, count_words};
-use super::model::Axis;
 use super::number::{Decimal, Whole, whole};
 use super::parser::{Halt, Parser, WORDS_PER_TRIANGLE, fewer, is_tail};
+use crate::math::Axis;
 
 /// Help about a line's number of words is given up to this many words too few or too many.
 const NEARLY: usize = 3;

@@ -24,6 +24,49 @@ pub const SURE: usize = 14;
 #[derive(Clone, Debug)]
 pub struct Setup(pub [[f32; 16]; 16]);
 
+/// Where a leaf's intermediate results live between leaves.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    pub(super) vertices: VertexScratch,
+    pub(super) setup: Setup,
+    /// First and last column, first and last row of each lane's screen box, in blocks of 4x4 pixels.
+    pub(super) boxes: [[i32; 16]; 4],
+}
+
+impl Scratch {
+    /// Nothing yet.
+    pub const NEW: Scratch = Scratch {
+        vertices: VertexScratch::NEW,
+        setup: Setup([[0.0; 16]; 16]),
+        boxes: [[0; 16]; 4],
+    };
+}
+
+/// The leaf at work.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The leaf.
+    pub leaf: Leaf<'a>,
+    /// Place of lane 0's triangle in the leaf.
+    pub first: usize,
+    /// The file's number of each triangle in leaf order.
+    pub file_ids: &'a [u32],
+}
+
+impl<'a> Job<'a> {
+    /// The triangle of a lane.
+    #[inline(always)]
+    pub fn candidate(&self, lane: usize, vertices: &'a VertexScratch) -> Candidate<'a> {
+        let place = self.first + lane;
+        Candidate {
+            id: self.leaf.first_id() + place as u32,
+            place,
+            leaf: self.leaf,
+            vertices,
+            file_ids: self.file_ids,
+        }
+    }
+}
 /// The triangle that a block is tested against, for the cold paths.
 #[derive(Clone, Copy)]
 pub struct Candidate<'a> {

@@ -2,10 +2,9 @@
 //!
 //! About one triangle in a thousand comes here, and one pixel in ten thousand.
 
-use super::coverage::{SURE, Setup, corners_of};
+use super::coverage::{Job, SURE, Setup, corners_of};
 use super::depth::STEEP;
 use super::exact::{self, PixelRay};
-use super::raster::Job;
 use super::space::{HALF, ROUNDOFF, Uvw};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, VertexScratch, lanes};

@@ -4,10 +4,10 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
 //! stay triangles), at most 2x2 blocks (pairs of block and triangle), larger (lanes become blocks).
 
-use super::coverage::{HIGH, LOW, SURE, Setup, min3};
+use super::coverage::{HIGH, Job, LOW, SURE, Scratch, min3};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
-use super::raster::{self, Job, MicroLanes};
+use super::raster::{self, MicroLanes};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
 use super::vec3s::{add, cross, size, sub};
@@ -21,24 +21,6 @@ const BOX_MARGIN_PX: f32 = 1.0 / 256.0;
 
 /// The kernels' error bounds hold for corners with |u| + |v| + 32|w| up to this (w is about 1 at most).
 pub const TAME: f64 = 1e10;
-
-/// Where a leaf's intermediate results live between leaves.
-#[derive(Clone, Debug)]
-pub struct Scratch {
-    pub(super) vertices: VertexScratch,
-    pub(super) setup: Setup,
-    /// First and last column, first and last row of each lane's screen box, in blocks of 4x4 pixels.
-    pub(super) boxes: [[i32; 16]; 4],
-}
-
-impl Scratch {
-    /// Nothing yet.
-    pub const NEW: Scratch = Scratch {
-        vertices: VertexScratch::NEW,
-        setup: Setup([[0.0; 16]; 16]),
-        boxes: [[0; 16]; 4],
-    };
-}
 
 /// What the leaves of one tile share.
 #[derive(Clone, Copy, Debug)]

@@ -1,38 +1,12 @@
 //! From edge functions to pixels, three ways by a triangle's size on screen.
 
-use super::coverage::{Broadcast, Candidate, SURE, Setup, cover, min3};
+use super::coverage::{Broadcast, Job, SURE, Scratch, Setup, cover, min3};
 use super::doubt;
-use super::leaf::Scratch;
 use super::space::HALF;
 use super::tile::{BLOCKS, TABLES, Tile, pixel_offset};
 use super::vec3s::{Vec3s, add, sub};
-use crate::bvh::Leaf;
 use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
 
-/// The leaf at work.
-#[derive(Clone, Copy)]
-pub struct Job<'a> {
-    /// The leaf.
-    pub leaf: Leaf<'a>,
-    /// Place of lane 0's triangle in the leaf.
-    pub first: usize,
-    /// The file's number of each triangle in leaf order.
-    pub file_ids: &'a [u32],
-}
-
-impl<'a> Job<'a> {
-    #[inline(always)]
-    fn candidate(&self, lane: usize, vertices: &'a VertexScratch) -> Candidate<'a> {
-        let place = self.first + lane;
-        Candidate {
-            id: self.leaf.first_id() + place as u32,
-            place,
-            leaf: self.leaf,
-            vertices,
-            file_ids: self.file_ids,
-        }
-    }
-}
 /// Lanes for [`micro_triangles`].
 pub struct MicroLanes<S: Lanes> {
     /// Edge functions, their error added.

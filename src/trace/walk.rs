@@ -1,8 +1,9 @@
 //! A tile's way down the tree: nearest boxes first, nothing that is hidden, leaves when their lines have arrived.
 
 use super::brute;
+use super::coverage::Scratch;
 use super::frustum::Frustum;
-use super::leaf::{self, Guard, LeafContext, Scratch, TAME};
+use super::leaf::{self, Guard, LeafContext, TAME};
 use super::space::{TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
 use crate::bvh::{Bvh, Child, Node};

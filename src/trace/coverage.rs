@@ -201,12 +201,13 @@ pub fn cover<S: Lanes, const FULL: bool>(
             store::<S>(z, &mut zs, 0);
             let candidates = (rare | wins).to_bitmask() as u32;
             won |= cover_exactly(simd, tile, &zs, candidates, FULL, at + s, block, who);
-        } else if wins.any_true() {
-            won = true;
+        } else {
+            // Blend and store without asking whether anything won: the answer is hard to predict.
             store::<S>(wins.select(z, old), &mut tile.z, at + s);
             let ids = &mut tile.id[at + s..at + s + lanes::<S>()];
             let old_ids = S::u32s::from_slice(simd, ids);
             wins.select(k.id, old_ids).store_slice(ids);
+            won |= wins.any_true();
         }
         s += lanes::<S>();
     }

@@ -4,7 +4,7 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
 //! stay triangles), at most 2x2 blocks (pairs of block and triangle), larger (lanes become blocks).
 
-use super::coverage::{HIGH, Job, LOW, SURE, Scratch, min3};
+use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
 use super::raster::{self, MicroLanes};
@@ -252,10 +252,18 @@ fn group<S: Lanes, const COST: bool>(
         }
     }
 
-    let rows = k.into_iter().flatten().chain(depth);
-    for (row, lanes) in scratch.setup.0.iter_mut().zip(rows) {
-        store::<S>(lanes, row, 0);
+    // One by one: a loop over the vectors would send them through memory twice.
+    macro_rules! keep_rows {
+        ($first:expr, $vector:expr) => {
+            store::<S>($vector[0], &mut scratch.setup.0[$first], 0);
+            store::<S>($vector[1], &mut scratch.setup.0[$first + 1], 0);
+            store::<S>($vector[2], &mut scratch.setup.0[$first + 2], 0);
+        };
     }
+    keep_rows!(0, k[0]);
+    keep_rows!(3, k[1]);
+    keep_rows!(6, k[2]);
+    keep_rows!(DEPTH, depth);
     store::<S>(z_low, &mut scratch.setup.0[LOW], 0);
     store::<S>(z_high, &mut scratch.setup.0[HIGH], 0);
     store::<S>(sure, &mut scratch.setup.0[SURE], 0);

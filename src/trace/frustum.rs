@@ -9,12 +9,16 @@ use crate::simd::{Lanes, Select, SimdBase, SimdFloat, SimdMask, f32x8};
 /// Pixels that a box reaches beyond the exact outline of what it holds: far more than the rounding of a vertex.
 const MARGIN_PX: f32 = 1.0 / 16.0;
 
-/// The bounds of a box that make a row of the transform smallest: row of [`Node::bounds`] by axis.
+/// The part of space that a tile's rays pass through, ready for tests of boxes.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
+    /// The transform to u, v, w.
     rows: [[f32; 3]; 3],
+    /// For each row and axis, which row of [`Node::bounds`] makes it smallest.
     low: [[usize; 3]; 3],
+    /// See [`TileSpace::offset`].
     offset: [f32; 3],
+    /// See [`TileSpace::slack`].
     slack: [f32; 3],
 }
 

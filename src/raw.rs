@@ -62,14 +62,10 @@ unsafe impl<T: Send> Send for TiledPlane<'_, T> {}
 pub struct PlaneTile<'a, T> {
     first: *mut T,
     stride: usize,
-    /// Column of the tile's first pixel.
-    pub x: usize,
-    /// Row of the tile's first pixel.
-    pub y: usize,
-    /// Pixels a row, at least 1.
-    pub width: usize,
-    /// Rows, at least 1.
-    pub height: usize,
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
     plane: PhantomData<&'a mut [T]>,
 }
 
@@ -124,7 +120,32 @@ impl<'a, T> TiledPlane<'a, T> {
     }
 }
 
+// The sizes are read-only from outside: `row` relies on them.
 impl<T> PlaneTile<'_, T> {
+    /// Column of the tile's first pixel in the plane.
+    #[must_use]
+    pub fn x(&self) -> usize {
+        self.x
+    }
+
+    /// Row of the tile's first pixel in the plane.
+    #[must_use]
+    pub fn y(&self) -> usize {
+        self.y
+    }
+
+    /// Pixels a row, at least 1.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows, at least 1.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
     /// Row `row` of the tile, `width` pixels.
     ///
     /// # Panics

@@ -18,10 +18,10 @@ pub fn write(
     out: &mut PlaneTile<'_, Hit>,
 ) {
     let mut rows: Rows = [[0; 2 * TILE]; 4];
-    for by in 0..out.height.div_ceil(4) {
+    for by in 0..out.height().div_ceil(4) {
         dispatch!(kernel, simd => block_row(simd, tile, by, file_ids, t_per_w, &mut rows));
-        let width = out.width;
-        for (y, row) in rows.iter().enumerate().take(out.height - 4 * by) {
+        let width = out.width();
+        for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
             hit_words(out.row(4 * by + y)).copy_from_slice(&row[..2 * width]);
         }
     }

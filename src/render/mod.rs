@@ -172,12 +172,12 @@ impl Renderer {
         let count_cost = settings.mode == ViewMode::Cost;
         let plane = TiledPlane::new(&mut frame.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
-            let hit = engine.trace(tracer, settings.kernel, out.x, out.y, count_cost);
+            let hit = engine.trace(tracer, settings.kernel, out.x(), out.y(), count_cost);
             clock.traced();
             if hit || count_cost {
                 shader.shade(tracer.tile(), out);
             } else {
-                (0..out.height).for_each(|y| out.row(y).fill(Rgb::BLACK.packed()));
+                (0..out.height()).for_each(|y| out.row(y).fill(Rgb::BLACK.packed()));
             }
             clock.shaded();
         })
@@ -200,12 +200,12 @@ impl Renderer {
         let engine = EngineAtWork::new(world, view, engine);
         let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
-            let hit = engine.trace(tracer, kernel, out.x, out.y, false);
+            let hit = engine.trace(tracer, kernel, out.x(), out.y(), false);
             let ids = &world.bvh().file_ids;
             if hit {
                 hit_plane::write(kernel, tracer.tile(), ids, engine.t_per_w(), out);
             } else {
-                (0..out.height).for_each(|y| out.row(y).fill(Hit::NONE));
+                (0..out.height()).for_each(|y| out.row(y).fill(Hit::NONE));
             }
             clock.traced();
         })

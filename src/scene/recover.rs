@@ -12,6 +12,7 @@ use super::error::{Channel, Expected, Found, Point};
 use super::lexer::{Cursor, count_words};
 use super::number::{Decimal, Whole, whole};
 use super::parser::{Halt, Parser, WORDS_PER_TRIANGLE, fewer, is_tail};
+use super::snippet::line_bytes;
 use crate::math::Axis;
 
 /// Help about a line's number of words is given up to this many words too few or too many.
@@ -106,16 +107,8 @@ impl<'t> Line<'t> {
     fn around(cursor: &Cursor<'t>) -> Line<'t> {
         let text = cursor.text();
         let at = cursor.peek().map_or(text.len(), |w| w.start);
-        let start = text[..at]
-            .iter()
-            .rposition(|b| *b == b'\n')
-            .map_or(0, |i| i + 1);
-        let len = text[at..]
-            .iter()
-            .position(|b| *b == b'\n')
-            .unwrap_or(text.len() - at);
-        let range = start..at + len;
-        let words_before = count_words(&text[start..at]);
+        let range = line_bytes(text, at);
+        let words_before = count_words(&text[range.start..at]);
         Line {
             text,
             words: words_before + count_words(&text[at..range.end]),

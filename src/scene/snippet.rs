@@ -89,8 +89,8 @@ fn window(text: &[u8], span: &Range<usize>) -> (String, Range<usize>) {
     (source, shown_start..shown_end)
 }
 
-/// The line around byte `at`, without its end and without a byte-order mark.
-fn line_of(text: &[u8], at: usize) -> Range<usize> {
+/// The line around byte `at`, without its line feed.
+pub(super) fn line_bytes(text: &[u8], at: usize) -> Range<usize> {
     let start = text[..at]
         .iter()
         .rposition(|b| *b == b'\n')
@@ -99,7 +99,12 @@ fn line_of(text: &[u8], at: usize) -> Range<usize> {
         .iter()
         .position(|b| *b == b'\n')
         .unwrap_or(text.len() - at);
-    let end = at + len;
+    start..at + len
+}
+
+/// The line around byte `at`, without its end and without a byte-order mark.
+fn line_of(text: &[u8], at: usize) -> Range<usize> {
+    let Range { start, end } = line_bytes(text, at);
     let start = if start == 0 && at >= BOM.len() && text.starts_with(BOM) {
         BOM.len()
     } else {

@@ -151,10 +151,10 @@ impl<'a> Shader<'a> {
     /// Colours one tile.
     pub fn shade(&self, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
         let mut rows: BlockRow = [[0; TILE]; 4];
-        for by in 0..out.height.div_ceil(4) {
+        for by in 0..out.height().div_ceil(4) {
             let place = BlockRowPlace {
-                x: out.x,
-                y: out.y + 4 * by,
+                x: out.x(),
+                y: out.y() + 4 * by,
                 by,
             };
             match (self.mode, self.reflection) {
@@ -186,8 +186,8 @@ impl<'a> Shader<'a> {
                 }
                 (ViewMode::Cost, _) => cost_view::row(tile, by, &mut rows),
             }
-            for (y, row) in rows.iter().enumerate().take(out.height - 4 * by) {
-                let width = out.width;
+            for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
+                let width = out.width();
                 out.row(4 * by + y).copy_from_slice(&row[..width]);
             }
         }

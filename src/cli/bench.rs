@@ -87,52 +87,50 @@ impl<'a> Bench<'a> {
 
     /// One ray a pixel into numbers and distances.
     fn primary(&self) -> Result<Vec<Duration>, Failure> {
-        let mut hits = Hits::default();
-        self.repeat(|| {
-            let start = Instant::now();
-            self.trace(&self.world, &mut hits)?;
-            Ok((start.elapsed(), hits_hash(&hits)))
-        })
+        let frame = |hits: &mut Hits| timed(|| self.trace(&self.world, hits));
+        self.repeat(Hits::default(), frame, hits_hash)
     }
 
     /// The whole picture.
     fn shaded(&self) -> Result<Vec<Duration>, Failure> {
-        let mut frame = Frame::default();
         let settings = self.settings();
-        self.repeat(|| {
-            let start = Instant::now();
-            self.renderer.picture(
-                &self.world,
-                &self.view,
-                &settings,
-                &mut frame,
-                self.progress,
-            )?;
-            Ok((start.elapsed(), picture_hash(&frame)))
-        })
+        let picture = |frame: &mut Frame| {
+            timed(|| {
+                self.renderer
+                    .picture(&self.world, &self.view, &settings, frame, self.progress)?;
+                Ok(())
+            })
+        };
+        self.repeat(Frame::default(), picture, picture_hash)
     }
 
     /// From the scene to the world; what is compared is what its rays hit.
     fn build(&self) -> Result<Vec<Duration>, Failure> {
-        let mut hits = Hits::default();
-        self.repeat(|| {
-            let start = Instant::now();
-            let world = self.renderer.install(|| World::compile(&self.scene));
-            let time = start.elapsed();
-            self.trace(&world, &mut hits)?;
-            Ok((time, hits_hash(&hits)))
+        let build = |world: &mut Option<World>| {
+            // The last one goes before the time starts.
+            *world = None;
+            timed(|| {
+                *world = Some(self.renderer.install(|| World::compile(&self.scene)));
+                Ok(())
+            })
+        };
+        self.repeat(None, build, |world| {
+            let mut hits = Hits::default();
+            let traced = world.as_ref().map(|world| self.trace(world, &mut hits));
+            traced.is_some_and(|t| t.is_ok()).then(|| hits_hash(&hits))
         })
     }
 
     /// From the file to the scene.
     fn load_again(&self) -> Result<Vec<Duration>, Failure> {
-        self.repeat(|| {
-            let start = Instant::now();
-            let scene = parse_file(&self.renderer, &self.args.scene)?;
-            let time = start.elapsed();
-            let same = scene == self.scene;
-            Ok((time, same))
-        })
+        let load = |scene: &mut Option<Scene>| {
+            *scene = None;
+            timed(|| {
+                *scene = Some(parse_file(&self.renderer, &self.args.scene)?);
+                Ok(())
+            })
+        };
+        self.repeat(None, load, |scene| scene.as_ref() == Some(&self.scene))
     }
 
     fn trace(&self, world: &World, hits: &mut Hits) -> Outcome {
@@ -143,21 +141,23 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// `measure` gives a time and its result; the first time does not count, all results must be equal.
-    fn repeat<R: PartialEq>(
+    /// `run` works on the state and gives the time it took; the first time does not count. The results of the first
+    /// and the last run must be equal: looking at those between would empty the caches that a row of frames has.
+    fn repeat<T, R: PartialEq>(
         &self,
-        mut measure: impl FnMut() -> Result<(Duration, R), Failure>,
+        mut state: T,
+        run: impl Fn(&mut T) -> Result<Duration, Failure>,
+        result: impl Fn(&T) -> R,
     ) -> Result<Vec<Duration>, Failure> {
-        let (_, expected) = measure()?;
-        let mut times = Vec::new();
-        for frame in 0..self.args.frames {
-            let (time, result) = measure()?;
-            if result != expected {
-                return Err(Failure::Differs(format!(
-                    "the result of measurement {frame} differs from the first one"
-                )));
-            }
-            times.push(time);
+        run(&mut state)?;
+        let expected = result(&state);
+        let times = (0..self.args.frames)
+            .map(|_| run(&mut state))
+            .collect::<Result<Vec<_>, _>>()?;
+        if result(&state) != expected {
+            return Err(Failure::Differs(
+                "the result of the last run differs from that of the first".to_owned(),
+            ));
         }
         Ok(times)
     }
@@ -214,6 +214,13 @@ fn still_view(args: &BenchArgs, scene: &Scene, world: &World) -> View {
         args.size.height,
         false,
     )
+}
+
+/// How long `work` takes.
+fn timed(work: impl FnOnce() -> Outcome) -> Result<Duration, Failure> {
+    let start = Instant::now();
+    work()?;
+    Ok(start.elapsed())
 }
 
 fn hits_hash(hits: &Hits) -> String {

@@ -29,6 +29,49 @@ pub fn prefetch<T>(slice: &[T], index: usize, line: usize) {
     let _ = address;
 }
 
+/// Copies `from` to `to` past the caches: for planes that are larger than they are and not read again soon. A plain
+/// store would first fetch each line that it is about to overwrite.
+///
+/// # Panics
+/// When the lengths differ.
+#[inline(always)]
+pub fn stream(to: &mut [u32], from: &[u32]) {
+    assert_eq!(to.len(), from.len(), "lengths differ");
+    // Whole lines only: half of one costs more past the caches than through them.
+    let head = to.as_ptr().align_offset(64).min(to.len());
+    let lines = (to.len() - head) / 16;
+    let (to_head, to) = to.split_at_mut(head);
+    let (to_lines, to_tail) = to.split_at_mut(16 * lines);
+    let (from_head, from) = from.split_at(head);
+    let (from_lines, from_tail) = from.split_at(16 * lines);
+    to_head.copy_from_slice(from_head);
+    to_tail.copy_from_slice(from_tail);
+    #[cfg(target_arch = "x86_64")]
+    for (to, from) in to_lines.chunks_exact_mut(4).zip(from_lines.chunks_exact(4)) {
+        use std::arch::x86_64::{__m128i, _mm_loadu_si128, _mm_stream_si128};
+        // SAFETY: both chunks hold four words, the 16 bytes that are read and written; `to` is aligned: `head` words
+        // brought the first line to a multiple of 64 bytes, and chunks follow each other 16 bytes apart. SSE2 is
+        // part of every x86-64. The order among such stores is settled by `streamed`.
+        unsafe {
+            let words = _mm_loadu_si128(from.as_ptr().cast::<__m128i>());
+            _mm_stream_si128(to.as_mut_ptr().cast::<__m128i>(), words);
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    to_lines.copy_from_slice(from_lines);
+}
+
+/// Puts what this thread wrote by [`stream`] before whatever it writes next: to be called before another thread is
+/// told of it.
+#[inline(always)]
+pub fn streamed() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a fence has no conditions; SSE is part of every x86-64.
+    unsafe {
+        std::arch::x86_64::_mm_sfence();
+    }
+}
+
 /// The words of hits: the triangle's number, then the bits of `t`, hit by hit.
 pub fn hit_words(hits: &mut [Hit]) -> &mut [u32] {
     const { assert!(size_of::<Hit>() == 8 && align_of::<Hit>() == align_of::<u32>()) };
@@ -200,6 +243,21 @@ mod tests {
             [8, 1.5f32.to_bits(), u32::MAX, infinity]
         );
         assert_eq!(hits[0].id, 8);
+    }
+
+    #[test]
+    fn streaming_copies_every_word_wherever_it_starts() {
+        let from: Vec<u32> = (0..200).collect();
+        for start in 0..20 {
+            for length in [0, 1, 15, 16, 17, 64, 150] {
+                let mut to = [u32::MAX; 200];
+                stream(&mut to[start..start + length], &from[..length]);
+                streamed();
+                assert_eq!(to[start..start + length], from[..length]);
+                assert!(to[..start].iter().all(|&w| w == u32::MAX));
+                assert!(to[start + length..].iter().all(|&w| w == u32::MAX));
+            }
+        }
     }
 
     #[test]

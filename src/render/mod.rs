@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::bvh::Bvh;
 use crate::camera::View;
 use crate::color::Rgb;
-use crate::frame::{Frame, Hit, Hits};
+use crate::frame::{Frame, Hits};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
 use crate::shade::Shader;
@@ -205,7 +205,7 @@ impl Renderer {
             if hit {
                 hit_plane::write(kernel, tracer.tile(), ids, engine.t_per_w(), out);
             } else {
-                (0..out.height()).for_each(|y| out.row(y).fill(Hit::NONE));
+                hit_plane::write_misses(out);
             }
             clock.traced();
         })

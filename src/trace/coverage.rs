@@ -5,7 +5,7 @@
 //! an edge) the exact test is asked. Equal distances are as rare: both go to one cold function.
 
 use super::exact::{self, PixelRay};
-use super::space::Uvw;
+use super::space::{ROUNDOFF, TILE, Uvw};
 use super::tile::{BLOCKS, TABLES, Tile};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, Select, SimdBase, SimdMask, VertexScratch, lanes, load, store};
@@ -29,7 +29,7 @@ pub struct Setup(pub [[f32; 16]; 16]);
 pub struct Scratch {
     pub(super) vertices: VertexScratch,
     pub(super) setup: Setup,
-    /// First and last column, first and last row of each lane's screen box, in blocks of 4x4 pixels.
+    /// First and last column, first and last row of each lane's screen box, in units.
     pub(super) boxes: [[i32; 16]; 4],
 }
 
@@ -53,33 +53,23 @@ pub struct Job<'a> {
     pub file_ids: &'a [u32],
 }
 
-impl<'a> Job<'a> {
-    /// The triangle of a lane.
-    #[inline(always)]
-    pub fn candidate(&self, lane: usize, vertices: &'a VertexScratch) -> Candidate<'a> {
-        let place = self.first + lane;
-        Candidate {
-            id: self.leaf.first_id() + place as u32,
-            place,
-            leaf: self.leaf,
-            vertices,
-            file_ids: self.file_ids,
-        }
-    }
-}
-/// The triangle that a block is tested against, for the cold paths.
+/// The triangle that a block is tested against, for the cold path.
 #[derive(Clone, Copy)]
 pub struct Candidate<'a> {
-    /// Its number in leaf order.
-    pub id: u32,
-    /// Its place in the leaf.
-    pub place: usize,
-    /// The leaf.
-    pub leaf: Leaf<'a>,
+    /// Its leaf.
+    pub job: &'a Job<'a>,
     /// The leaf's vertices in the tile's frame.
     pub vertices: &'a VertexScratch,
-    /// The file's numbers, for ties.
-    pub file_ids: &'a [u32],
+    /// Its lane.
+    pub lane: usize,
+}
+
+impl Job<'_> {
+    /// The number, in leaf order, of a lane's triangle.
+    #[inline(always)]
+    pub fn id(&self, lane: usize) -> u32 {
+        self.leaf.first_id() + (self.first + lane) as u32
+    }
 }
 
 /// The corners, in the tile's frame, of the triangle at a place of a leaf.
@@ -153,6 +143,18 @@ impl<S: Lanes> Broadcast<S> {
         ]
     }
 
+    /// The depth at given points, and how far it can be above that within 1.5 pixels, rounding included.
+    #[inline(always)]
+    pub fn depth_at(&self, simd: S, x: S::f32s, y: S::f32s) -> S::f32s {
+        let [u, v, w] = &self.depth;
+        let terms = (u.abs() + v.abs()) * S::f32s::splat(simd, TILE as f32) + w.abs();
+        let reach = (u.abs() + v.abs()) * S::f32s::splat(simd, 1.51)
+            + terms * S::f32s::splat(simd, 16.0 * ROUNDOFF);
+        ((*u * x + (*v * y + *w)) + reach)
+            .max(self.low)
+            .min(self.high)
+    }
+
     /// Twice the largest δ.
     #[inline(always)]
     pub fn sure(&self) -> S::f32s {
@@ -166,6 +168,11 @@ pub fn min3<S: Lanes>(v: [S::f32s; 3]) -> S::f32s {
     v[0].min(v[1].min(v[2]))
 }
 
+/// Pixel rows of a unit: the part of a 4x4 block that fills a vector, 4 pixels wide.
+pub const fn rows_of_unit<S: Lanes>() -> usize {
+    lanes::<S>() / 4
+}
+
 /// Tests one triangle at the pixels of block `block` (row by row of blocks) and keeps what is nearer; true when it
 /// won a pixel. `FULL`: the caller knows that the triangle covers the whole block.
 #[inline(always)]
@@ -174,47 +181,70 @@ pub fn cover<S: Lanes, const FULL: bool>(
     tile: &mut Tile,
     k: &Broadcast<S>,
     block: usize,
-    who: &Candidate<'_>,
+    who: Candidate<'_>,
 ) -> bool {
-    let block = block & (BLOCKS * BLOCKS - 1);
-    let at = usize::from(TABLES.offset[block]) & 0xff0;
-    let (xs, ys) = (&TABLES.x[block % BLOCKS], &TABLES.y[block / BLOCKS]);
     let mut won = false;
-    let mut s = 0;
-    while s < 16 {
-        let (x, y) = (load(simd, xs, s), load(simd, ys, s));
-        let old = load(simd, &tile.z, at + s);
-        let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
-        let z = z.max(k.low).min(k.high);
-        let (wins, rare);
-        if FULL {
-            wins = z.simd_gt(old);
-            rare = z.simd_eq(old);
-        } else {
-            let inside = min3::<S>(k.edges_at(x, y));
-            let maybe = inside.simd_ge(0.0) & z.simd_ge(old);
-            wins = inside.simd_ge(k.sure) & z.simd_gt(old);
-            rare = maybe ^ wins;
+    let mut first = 0;
+    while first < 16 {
+        won |= cover_unit::<S, FULL>(simd, tile, k, block, first, who);
+        first += lanes::<S>();
+    }
+    if FULL {
+        // Large triangles are tested against this before they come here.
+        let at = usize::from(TABLES.offset[block & (BLOCKS * BLOCKS - 1)]) & 0xff0;
+        let mut least = load(simd, &tile.z, at);
+        let mut first = lanes::<S>();
+        while first < 16 {
+            least = least.min(load(simd, &tile.z, at + first));
+            first += lanes::<S>();
         }
-        if rare.any_true() {
-            let mut zs = [0.0f32; 16];
-            store::<S>(z, &mut zs, 0);
-            let candidates = (rare | wins).to_bitmask() as u32;
-            won |= cover_exactly(simd, tile, &zs, candidates, FULL, at + s, block, who);
-        } else {
-            // Blend and store without asking whether anything won: the answer is hard to predict.
-            store::<S>(wins.select(z, old), &mut tile.z, at + s);
-            let ids = &mut tile.id[at + s..at + s + lanes::<S>()];
-            let old_ids = S::u32s::from_slice(simd, ids);
-            wins.select(k.id, old_ids).store_slice(ids);
-            won |= wins.any_true();
-        }
-        s += lanes::<S>();
+        tile.floor[block & (BLOCKS * BLOCKS - 1)] = least.reduce_min();
     }
     won
 }
 
-/// What [`cover`] does, for a few lanes, without any doubt left. `at` is the memory place of lane 0.
+/// The part of [`cover`] for the pixels `first..` of the block, as many as there are lanes.
+#[inline(always)]
+pub fn cover_unit<S: Lanes, const FULL: bool>(
+    simd: S,
+    tile: &mut Tile,
+    k: &Broadcast<S>,
+    block: usize,
+    first: usize,
+    who: Candidate<'_>,
+) -> bool {
+    let block = block & (BLOCKS * BLOCKS - 1);
+    let at = (usize::from(TABLES.offset[block]) & 0xff0) + first;
+    let (xs, ys) = (&TABLES.x[block % BLOCKS], &TABLES.y[block / BLOCKS]);
+    let (x, y) = (load(simd, xs, first), load(simd, ys, first));
+    let old = load(simd, &tile.z, at);
+    let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
+    let z = z.max(k.low).min(k.high);
+    let (wins, rare);
+    if FULL {
+        wins = z.simd_gt(old);
+        rare = z.simd_eq(old);
+    } else {
+        let inside = min3::<S>(k.edges_at(x, y));
+        let maybe = inside.simd_ge(0.0) & z.simd_ge(old);
+        wins = inside.simd_ge(k.sure) & z.simd_gt(old);
+        rare = maybe ^ wins;
+    }
+    if rare.any_true() {
+        let mut zs = [0.0f32; 16];
+        store::<S>(z, &mut zs, 0);
+        let candidates = (rare | wins).to_bitmask() as u32;
+        return cover_exactly(simd, tile, &zs, candidates, FULL, at, block, who);
+    }
+    // Blend and store without asking whether anything won: the answer is hard to predict.
+    store::<S>(wins.select(z, old), &mut tile.z, at);
+    let ids = &mut tile.id[at..at + lanes::<S>()];
+    let old_ids = S::u32s::from_slice(simd, ids);
+    wins.select(k.id, old_ids).store_slice(ids);
+    wins.any_true()
+}
+
+/// What [`cover_unit`] does, for a few lanes, without any doubt left. `at` is the memory place of lane 0.
 #[cold]
 #[inline(never)]
 #[expect(
@@ -229,9 +259,10 @@ fn cover_exactly<S: Lanes>(
     full: bool,
     at: usize,
     block: usize,
-    who: &Candidate<'_>,
+    who: Candidate<'_>,
 ) -> bool {
-    let corners = corners_of(simd, who.leaf, who.place, who.vertices);
+    let job = who.job;
+    let corners = corners_of(simd, job.leaf, job.first + who.lane, who.vertices);
     let mut won = false;
     for (lane, &z) in z.iter().enumerate().take(lanes::<S>()) {
         let pixel = (at + lane) & 15;
@@ -240,7 +271,7 @@ fn cover_exactly<S: Lanes>(
             y: TABLES.y[block / BLOCKS][pixel],
         };
         if candidates >> lane & 1 != 0 && (full || exact::hits(&corners, ray)) {
-            won |= tile.keep_nearer(at + lane, z, who.id, who.file_ids);
+            won |= tile.keep_nearer(at + lane, z, job.id(who.lane), job.file_ids);
         }
     }
     won

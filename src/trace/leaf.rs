@@ -4,7 +4,7 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
 //! stay triangles), at most 2x2 blocks (pairs of block and triangle), larger (lanes become blocks).
 
-use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3};
+use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3, rows_of_unit};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
 use super::raster::{self, MicroLanes};
@@ -289,31 +289,25 @@ fn group<S: Lanes, const COST: bool>(
         }
     }
 
-    // In blocks of 4x4.
-    let quarter = splat!(0.25);
-    let block_low = [(low[0] * quarter).floor(), (low[1] * quarter).floor()];
-    let block_high = [(high[0] * quarter).floor(), (high[1] * quarter).floor()];
-    let wide = [block_high[0] - block_low[0], block_high[1] - block_low[1]];
+    // In columns of 4 pixels and rows of units.
+    let (column, row) = (splat!(0.25), splat!(1.0 / rows_of_unit::<S>() as f32));
+    let unit_low = [(low[0] * column).floor(), (low[1] * row).floor()];
+    let unit_high = [(high[0] * column).floor(), (high[1] * row).floor()];
     for i in 0..2 {
         let to_int = |v: S::f32s, out: &mut [i32; 16]| {
             let v: S::i32s = v.to_int();
             v.store_slice(&mut out[..lanes::<S>()]);
         };
-        to_int(block_low[i], &mut scratch.boxes[2 * i]);
-        to_int(block_high[i], &mut scratch.boxes[2 * i + 1]);
+        to_int(unit_low[i], &mut scratch.boxes[2 * i]);
+        to_int(unit_high[i], &mut scratch.boxes[2 * i + 1]);
     }
-    let small = bits::<S>(wide[0].simd_le(one) & wide[1].simd_le(one)) & todo;
+    let wide = [unit_high[0] - unit_low[0], unit_high[1] - unit_low[1]];
+    let small = wide[0].simd_lt(splat!(raster::SMALL_COLUMNS as f32))
+        & wide[1].simd_lt(splat!(raster::small_rows::<S>() as f32));
+    let small = bits::<S>(small) & todo;
     if small != 0 {
         todo &= !small;
-        let two_columns = bits::<S>(wide[0].simd_ge(one)) & small;
-        let two_rows = bits::<S>(wide[1].simd_ge(one)) & small;
-        let pairs = raster::pairs_of::<S>(
-            simd,
-            &scratch.setup,
-            block_low,
-            [small, two_columns, two_rows],
-        );
-        dirty |= raster::small_triangles(simd, &job, pairs, scratch, tile);
+        dirty |= raster::small_triangles(simd, &job, small, unit_low, wide, scratch, tile);
     }
     while todo != 0 {
         let lane = todo.trailing_zeros() as usize & 15;
@@ -322,6 +316,7 @@ fn group<S: Lanes, const COST: bool>(
     }
     dirty
 }
+
 /// Counts a triangle test for every 4x4 block of a kept triangle's box.
 fn count_tests<S: Lanes>(tile: &mut Tile, low: &[S::f32s; 2], high: &[S::f32s; 2], kept: u32) {
     for lane in (0..lanes::<S>()).filter(|lane| kept >> lane & 1 != 0) {

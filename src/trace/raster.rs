@@ -1,11 +1,13 @@
 //! From edge functions to pixels, three ways by a triangle's size on screen.
 
-use super::coverage::{Broadcast, Job, SURE, Scratch, Setup, cover, min3};
+use super::coverage::{
+    Broadcast, Candidate, Job, SURE, Scratch, Setup, cover, cover_unit, min3, rows_of_unit,
+};
 use super::doubt;
 use super::space::HALF;
 use super::tile::{BLOCKS, TABLES, Tile, pixel_offset};
 use super::vec3s::{Vec3s, add, sub};
-use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
+use crate::simd::{Lanes, Select, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
 
 /// Lanes for [`micro_triangles`].
 pub struct MicroLanes<S: Lanes> {
@@ -93,7 +95,7 @@ pub fn micro_triangles<S: Lanes>(
         let x = columns[lane] as usize + (p >> 4 & 1);
         let y = rows[lane] as usize + (p >> 5);
         let at = pixel_offset(x & 63, y & 63);
-        let id = job.leaf.first_id() + (job.first + lane) as u32;
+        let id = job.id(lane);
         let (z, old) = (z[p >> 4][lane], tile.z[at]);
         if z == old {
             dirty |= u64::from(tile.keep_nearer(at, z, id, job.file_ids)) << (at >> 6);
@@ -106,23 +108,80 @@ pub fn micro_triangles<S: Lanes>(
     }
     dirty
 }
-/// Pairs of a 4x4 block and a triangle that may meet: bit 16 * block + lane, the blocks of the 2x2 in a row. `which`:
-/// the lanes at work; of these, which reach into a second column and row of blocks.
+/// A triangle of at most this many columns of 4 pixels and rows of [`small_rows`] is small.
+pub const SMALL_COLUMNS: usize = 4;
+
+/// See [`SMALL_COLUMNS`]: in rows of units, 16 pixels.
+pub const fn small_rows<S: Lanes>() -> usize {
+    16 / rows_of_unit::<S>()
+}
+
+/// Small triangles: which units each of them may meet is found for all lanes at once, then each goes through its
+/// own. `low`: first column and row of units of each lane's box; `wide`: its columns and rows less one.
 #[inline(always)]
-pub fn pairs_of<S: Lanes>(simd: S, setup: &Setup, block_low: [S::f32s; 2], which: [u32; 3]) -> u64 {
+pub fn small_triangles<S: Lanes>(
+    simd: S,
+    job: &Job<'_>,
+    small: u32,
+    low: [S::f32s; 2],
+    wide: [S::f32s; 2],
+    scratch: &Scratch,
+    tile: &mut Tile,
+) -> u64 {
+    let touched = touched_units(simd, &scratch.setup, small, low, wide);
+    let units_a_block = 16 / lanes::<S>();
+    let mut dirty = 0u64;
+    let mut left = small;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize & 15;
+        left &= left - 1;
+        let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
+        // Units beyond the box may lie beyond the tile.
+        let in_box = (0x1111_1111_1111_1111u64 * (0xf >> (3 - (x1 - x0) % 4)))
+            & (u64::MAX >> (60 - 4 * ((y1 - y0) % 16)));
+        let mut units = (u64::from(touched[0][lane]) | u64::from(touched[1][lane]) << 32) & in_box;
+        if units == 0 {
+            continue;
+        }
+        let who = Candidate {
+            job,
+            vertices: &scratch.vertices,
+            lane,
+        };
+        let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
+        while units != 0 {
+            let unit = units.trailing_zeros() as usize;
+            units &= units - 1;
+            let (x, y) = (x0 + unit % SMALL_COLUMNS, y0 + unit / SMALL_COLUMNS);
+            let block = (y / units_a_block * BLOCKS + x) & (BLOCKS * BLOCKS - 1);
+            let first = y % units_a_block * lanes::<S>();
+            let won = cover_unit::<S, false>(simd, tile, &k, block, first, who);
+            dirty |= u64::from(won) << (TABLES.offset[block] >> 6);
+        }
+    }
+    dirty
+}
+
+/// Which units from `low` on each lane's triangle may meet: bit 4 * row + column, the first 32 and the others.
+#[inline(always)]
+fn touched_units<S: Lanes>(
+    simd: S,
+    setup: &Setup,
+    small: u32,
+    low: [S::f32s; 2],
+    wide: [S::f32s; 2],
+) -> [[u32; 16]; 2] {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
         };
     }
-    let [small, two_columns, two_rows] = which;
-    let four = splat!(4.0);
-    let centre = splat!(HALF - 1.5);
-    let x = block_low[0] * four - centre;
-    let y = block_low[1] * four - centre;
-    let mut at = [splat!(0.0); 3];
-    let mut right = at;
-    let mut down = at;
+    let rows = rows_of_unit::<S>() as f32;
+    let x = low[0] * splat!(4.0) - splat!(HALF - 1.5);
+    let y = low[1] * splat!(rows) - splat!(HALF - (rows - 1.0) / 2.0);
+    let mut start = [splat!(0.0); 3];
+    let mut right = start;
+    let mut down = start;
     for i in 0..3 {
         macro_rules! row {
             ($j:expr) => {
@@ -130,54 +189,44 @@ pub fn pairs_of<S: Lanes>(simd: S, setup: &Setup, block_low: [S::f32s; 2], which
             };
         }
         let (u, v, w) = (row!(0), row!(1), row!(2));
-        let reach = (u.abs() + v.abs()) * splat!(1.51);
-        at[i] = (u * x + (v * y + w)) + reach;
-        right[i] = u * four;
-        down[i] = v * four;
+        // A unit's pixels around its centre, and a little for rounding.
+        let reach = u.abs() * splat!(1.51) + v.abs() * splat!((rows - 1.0) / 2.0 + 0.01);
+        start[i] = (u * x + (v * y + w)) + reach;
+        right[i] = u * splat!(4.0);
+        down[i] = v * splat!(rows);
     }
     // The sums below are rounded more often than those of a pixel: allow for as much error again.
     let lowest = splat!(0.0) - load(simd, &setup.0[SURE], 0);
-    macro_rules! touched {
-        ($e:expr) => {
-            bits::<S>(min3::<S>($e).simd_ge(lowest))
-        };
+    let mut touched = [[0u32; 16]; 2];
+    let mut row = 0;
+    for half in &mut touched {
+        let mut units = S::u32s::splat(simd, 0);
+        let mut bit = 0;
+        while bit < 32 && row < small_rows::<S>() {
+            let below = splat!(row as f32);
+            if row != 0 && bits::<S>(wide[1].simd_ge(below)) & small == 0 {
+                break;
+            }
+            let mut at = [
+                start[0] + down[0] * below,
+                start[1] + down[1] * below,
+                start[2] + down[2] * below,
+            ];
+            for column in 0..SMALL_COLUMNS {
+                let unit = S::u32s::splat(simd, 1 << (bit + column));
+                let met = min3::<S>(at).simd_ge(lowest);
+                units |= met.select(unit, S::u32s::splat(simd, 0));
+                at = add::<S>(at, right);
+            }
+            bit += SMALL_COLUMNS;
+            row += 1;
+        }
+        units.store_slice(&mut half[..lanes::<S>()]);
     }
-    let right_of = add::<S>(at, right);
-    let below = add::<S>(at, down);
-    let across = add::<S>(right_of, down);
-    u64::from(touched!(at) & small)
-        | u64::from(touched!(right_of) & two_columns) << 16
-        | u64::from(touched!(below) & two_rows) << 32
-        | u64::from(touched!(across) & two_columns & two_rows) << 48
+    touched
 }
 
-/// Triangles whose box lies inside 2x2 blocks, as pairs of block and triangle.
-#[inline(always)]
-pub fn small_triangles<S: Lanes>(
-    simd: S,
-    job: &Job<'_>,
-    pairs: u64,
-    scratch: &Scratch,
-    tile: &mut Tile,
-) -> u64 {
-    let mut left = pairs;
-    let mut dirty = 0u64;
-    while left != 0 {
-        let p = left.trailing_zeros() as usize;
-        left &= left - 1;
-        let lane = p & 15;
-        let bx = scratch.boxes[0][lane] as usize + (p >> 4 & 1);
-        let by = scratch.boxes[2][lane] as usize + (p >> 5);
-        let block = (by * BLOCKS + bx) & (BLOCKS * BLOCKS - 1);
-        let who = job.candidate(lane, &scratch.vertices);
-        let k = Broadcast::new(simd, &scratch.setup, lane, who.id);
-        let won = cover::<S, false>(simd, tile, &k, block, &who);
-        dirty |= u64::from(won) << (TABLES.offset[block] >> 6);
-    }
-    dirty
-}
-
-/// A triangle whose box is larger than 2x2 blocks.
+/// A triangle that is not small.
 #[inline(always)]
 pub fn large_triangle<S: Lanes>(
     simd: S,
@@ -186,20 +235,20 @@ pub fn large_triangle<S: Lanes>(
     scratch: &Scratch,
     tile: &mut Tile,
 ) -> u64 {
-    let who = job.candidate(lane, &scratch.vertices);
-    let k = Broadcast::new(simd, &scratch.setup, lane, who.id);
-    let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize & (BLOCKS - 1));
+    let who = Candidate {
+        job,
+        vertices: &scratch.vertices,
+        lane,
+    };
+    let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
+    let units_a_block = 16 / lanes::<S>();
+    let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
+    let (x0, x1) = (x0 & (BLOCKS - 1), x1 & (BLOCKS - 1));
+    let (y0, y1) = (
+        y0 / units_a_block & (BLOCKS - 1),
+        y1 / units_a_block & (BLOCKS - 1),
+    );
     let mut dirty = 0u64;
-    if (x1 + 1 - x0) * (y1 + 1 - y0) <= 16 {
-        for by in y0..=y1 {
-            for bx in x0..=x1 {
-                let block = by * BLOCKS + bx;
-                let won = cover::<S, false>(simd, tile, &k, block, &who);
-                dirty |= u64::from(won) << (TABLES.offset[block] >> 6);
-            }
-        }
-        return dirty;
-    }
     let reach = k.block_reach(simd);
     let sure = k.sure();
     let (lowest, highest) = (S::f32s::splat(simd, 0.0) - sure, sure + sure);
@@ -212,20 +261,23 @@ pub fn large_triangle<S: Lanes>(
         let most = min3::<S>(add::<S>(e, reach));
         let least = min3::<S>(sub::<S>(e, reach));
         let inside = u32::MAX >> (32 - lanes::<S>()) & columns >> (block % BLOCKS);
-        let touched = bits::<S>(most.simd_ge(lowest)) & inside;
+        let seen = k
+            .depth_at(simd, x, y)
+            .simd_ge(load(simd, &tile.floor, block));
+        let touched = bits::<S>(most.simd_ge(lowest) & seen) & inside;
         let full = bits::<S>(least.simd_ge(highest)) & touched;
         let mut left = full;
         while left != 0 {
             let at = block + left.trailing_zeros() as usize;
             left &= left - 1;
-            let won = cover::<S, true>(simd, tile, &k, at, &who);
+            let won = cover::<S, true>(simd, tile, &k, at, who);
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
         }
         let mut left = touched & !full;
         while left != 0 {
             let at = block + left.trailing_zeros() as usize;
             left &= left - 1;
-            let won = cover::<S, false>(simd, tile, &k, at, &who);
+            let won = cover::<S, false>(simd, tile, &k, at, who);
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
         }
         block += lanes::<S>();

@@ -22,6 +22,10 @@ pub struct Tile {
     pub id: [u32; PIXELS],
     /// Triangle and node tests of each 4x4 block, row by row; kept only for the view `cost`.
     pub cost: [u32; BLOCKS * BLOCKS],
+    /// At most the smallest `z` of each 4x4 block, row by row: what stays below it is hidden.
+    pub floor: [f32; BLOCKS * BLOCKS],
+    /// The 8x8 blocks that may hold a hit, as bits, row by row: all others are as cleared.
+    pub touched: u64,
 }
 
 impl Tile {
@@ -32,14 +36,29 @@ impl Tile {
             z: [0.0; PIXELS],
             id: [MISS; PIXELS],
             cost: [0; BLOCKS * BLOCKS],
+            floor: [0.0; BLOCKS * BLOCKS],
+            touched: 0,
         })
     }
 
-    /// All misses again.
+    /// All misses again: tiles are mostly background, so only what was touched is written.
     pub fn clear(&mut self) {
-        self.z.fill(0.0);
-        self.id.fill(MISS);
-        self.cost.fill(0);
+        if self.touched != 0 {
+            self.floor.fill(0.0);
+        }
+        while self.touched != 0 {
+            let at = self.touched.trailing_zeros() as usize * 64;
+            self.touched &= self.touched - 1;
+            self.z[at..at + 64].fill(0.0);
+            self.id[at..at + 64].fill(MISS);
+        }
+    }
+
+    /// The 8x8 blocks of the row of 4x4 blocks `by` that may hold a hit, leftmost lowest.
+    #[inline(always)]
+    #[must_use]
+    pub fn touched_in_row(&self, by: usize) -> u32 {
+        (self.touched >> (by / 2 * 8) & 255) as u32
     }
 
     /// Keeps the hit if it is nearer than what the pixel holds, or as near and lower in the file.

@@ -111,8 +111,6 @@ impl Horizon {
 #[derive(Clone, Debug)]
 pub struct Tracer {
     tile: Box<Tile>,
-    /// Whether the tile holds anything.
-    used: bool,
     stack: Vec<Entry>,
     waiting: [Entry; WAITING],
     horizon: Horizon,
@@ -124,7 +122,6 @@ impl Default for Tracer {
     fn default() -> Tracer {
         Tracer {
             tile: Tile::new(),
-            used: false,
             stack: vec![Entry::NONE; 256],
             waiting: [Entry::NONE; WAITING],
             horizon: Horizon::OPEN,
@@ -154,11 +151,9 @@ impl Tracer {
 
     /// The tile, all misses, to be filled by another engine.
     pub fn cleared_tile(&mut self) -> &mut Tile {
-        if self.used {
-            self.tile.clear();
-        }
+        self.tile.clear();
         // Whatever the caller does to it.
-        self.used = true;
+        self.tile.touched = u64::MAX;
         &mut self.tile
     }
 
@@ -173,22 +168,23 @@ impl Tracer {
         bvh: &Bvh,
         space: &TileSpace,
     ) -> bool {
-        let tile = self.cleared_tile();
+        if !bvh.nodes.is_empty() && !is_tame(bvh, space) {
+            brute::trace(&bvh.corners(), &bvh.file_ids, space, self.cleared_tile());
+            return true;
+        }
+        self.tile.clear();
+        if COST {
+            self.tile.cost.fill(0);
+        }
         if bvh.nodes.is_empty() {
             return false;
         }
-        if !is_tame(bvh, space) {
-            brute::trace(&bvh.corners(), &bvh.file_ids, space, tile);
-            return true;
-        }
-        let hit = dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space));
-        // Tiles of the background come in rows: they need no clearing.
-        self.used = hit || COST;
-        hit
+        dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space));
+        self.tile.touched != 0
     }
 
     #[inline(always)]
-    fn walk<S: Lanes, const COST: bool>(&mut self, simd: S, bvh: &Bvh, space: &TileSpace) -> bool {
+    fn walk<S: Lanes, const COST: bool>(&mut self, simd: S, bvh: &Bvh, space: &TileSpace) {
         let Tracer {
             tile,
             stack,
@@ -206,7 +202,6 @@ impl Tracer {
             tile_far: f32::INFINITY,
             guard: *guard,
         };
-        let mut hit = 0;
         stack[0] = Entry {
             near: 0.0,
             child: Child::node(0),
@@ -247,7 +242,7 @@ impl Tracer {
                 let leaf = bvh.leaf(entry.child.index());
                 let won = leaf::trace::<S, COST>(simd, &context, leaf, scratch, tile);
                 horizon.dirty |= won;
-                hit |= won;
+                tile.touched |= won;
                 continue;
             }
             node_came = true;
@@ -277,7 +272,6 @@ impl Tracer {
             }
             depth += survivors.mask.count_ones() as usize;
         }
-        hit != 0
     }
 }
 

@@ -150,6 +150,9 @@ impl<'a> Shader<'a> {
 
     /// Colours one tile.
     pub fn shade(&self, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
+        if (self.mode, self.reflection) == (ViewMode::Shaded, Reflection::Mirror) {
+            return reflection::mirror(self, tile, out);
+        }
         let mut rows: BlockRow = [[0; TILE]; 4];
         for by in 0..out.height().div_ceil(4) {
             let place = BlockRowPlace {
@@ -157,34 +160,31 @@ impl<'a> Shader<'a> {
                 y: out.y() + 4 * by,
                 by,
             };
-            match (self.mode, self.reflection) {
-                (ViewMode::Shaded, Reflection::Mirror) => {
-                    reflection::mirror(self, tile, place, &mut rows);
-                }
-                (ViewMode::Shaded, Reflection::AsPrinted) => {
+            match self.mode {
+                ViewMode::Shaded => {
                     let normals = self.world.normals();
                     each_hit(tile, place, &mut rows, |x, y, id, _| {
                         reflection::as_printed(self, normals, x, y, id)
                     });
                 }
-                (ViewMode::Id, _) => {
+                ViewMode::Id => {
                     let ids = &self.world.bvh().file_ids;
                     each_hit(tile, place, &mut rows, |_, _, id, _| {
                         id_view::color(ids[id as usize])
                     });
                 }
-                (ViewMode::Normal, _) => {
+                ViewMode::Normal => {
                     let normals = self.world.normals();
                     each_hit(tile, place, &mut rows, |x, y, id, _| {
                         normal_view::color(normals[id as usize], self.rays.at(x, y))
                     });
                 }
-                (ViewMode::Depth, _) => {
+                ViewMode::Depth => {
                     each_hit(tile, place, &mut rows, |x, y, _, z| {
                         depth_view::color(self, x, y, z)
                     });
                 }
-                (ViewMode::Cost, _) => cost_view::row(tile, by, &mut rows),
+                ViewMode::Cost => cost_view::row(tile, by, &mut rows),
             }
             for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
                 let width = out.width();

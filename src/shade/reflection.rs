@@ -3,12 +3,13 @@
 //! Instead of each ray, the light is mirrored at each triangle, once: with unit `n` and `L`,
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
-use super::{BlockRow, BlockRowPlace, Shader, dot, pixel};
+use super::{BlockRow, Shader, dot, pixel};
+use crate::raw::PlaneTile;
 use crate::simd::{
     Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, SimdMask, dispatch, lanes, load,
 };
-use crate::trace::Tile;
 use crate::trace::tile::{BLOCKS, block_offset};
+use crate::trace::{TILE, Tile};
 
 /// x and y of the pixels of a 4x4 block.
 static LANE_X: [f32; 16] = [
@@ -18,106 +19,120 @@ static LANE_Y: [f32; 16] = [
     0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.,
 ];
 
-/// Colours a row of blocks by the mirror formula. `f32`, every operation rounded:
+/// Colours a tile by the mirror formula. `f32`, every operation rounded:
 ///
 /// ```text
 /// a       = (base + y·dy) + x·dx
 /// cosine  = ((mx·ax + my·ay) + mz·az) / sqrt((ax·ax + ay·ay) + az·az)
-/// channel = round_half_even((1 − cosine)·0.5·C), kept in 0..=255
+/// shown   = (1 − cosine)·0.5, kept in 0..=1
+/// channel = round_half_even(shown·C)
 /// ```
-pub fn mirror(shader: &Shader<'_>, tile: &Tile, place: BlockRowPlace, rows: &mut BlockRow) {
-    dispatch!(shader.kernel, simd => mirror_row(simd, shader, tile, place, rows));
+pub fn mirror(shader: &Shader<'_>, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
+    dispatch!(shader.kernel, simd => mirror_tile(simd, shader, tile, out));
 }
 
 #[inline(always)]
-fn mirror_row<S: Lanes>(
-    simd: S,
-    shader: &Shader<'_>,
-    tile: &Tile,
-    place: BlockRowPlace,
-    rows: &mut BlockRow,
-) {
-    for bx in 0..BLOCKS {
-        let at = block_offset(bx, place.by);
-        let pixels = mirror_block(simd, shader, tile, at, place.x + 4 * bx, place.y);
-        for (row, four) in rows.iter_mut().zip(pixels.chunks_exact(4)) {
-            row[4 * bx..4 * bx + 4].copy_from_slice(four);
+fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
+    macro_rules! splat {
+        ($x:expr) => {
+            S::f32s::splat(simd, $x)
+        };
+    }
+    let rays = &shader.rays;
+    // x·dx of the four pixels of each column of blocks, again and again over the lanes.
+    let mut across = [[splat!(0.0); 3]; BLOCKS];
+    let lane_x = load(simd, &LANE_X, 0);
+    for (bx, column) in across.iter_mut().enumerate() {
+        let x = lane_x + splat!((out.x() + 4 * bx) as f32);
+        *column = [
+            x * splat!(rays.dx[0]),
+            x * splat!(rays.dx[1]),
+            x * splat!(rays.dx[2]),
+        ];
+    }
+    let mut rows: BlockRow = [[0; TILE]; 4];
+    let width = out.width();
+    for by in 0..out.height().div_ceil(4) {
+        let touched = tile.touched_in_row(by);
+        let mut first = 0;
+        while first < 16 {
+            let y = load(simd, &LANE_Y, first) + splat!((out.y() + 4 * by) as f32);
+            let down = [
+                splat!(rays.base[0]) + y * splat!(rays.dy[0]),
+                splat!(rays.base[1]) + y * splat!(rays.dy[1]),
+                splat!(rays.base[2]) + y * splat!(rays.dy[2]),
+            ];
+            for (bx, across) in across.iter().enumerate() {
+                let mut pixels = [0u32; 16];
+                if touched >> (bx / 2) & 1 != 0 {
+                    let a = [
+                        down[0] + across[0],
+                        down[1] + across[1],
+                        down[2] + across[2],
+                    ];
+                    let at = (block_offset(bx, by) & 0xff0) + first;
+                    mirror_unit(simd, shader, tile, at, a).store_slice(&mut pixels[..lanes::<S>()]);
+                }
+                let units = pixels[..lanes::<S>()].chunks_exact(4);
+                for (row, four) in rows[first / 4..].iter_mut().zip(units) {
+                    row[4 * bx..4 * bx + 4].copy_from_slice(four);
+                }
+            }
+            first += lanes::<S>();
+        }
+        for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
+            out.row(4 * by + y).copy_from_slice(&row[..width]);
         }
     }
 }
 
-/// The pixels of the 4x4 block at memory place `at` of the tile, whose first pixel is (`x`, `y`) of the picture.
+/// The pixels at memory places `at..` of the tile, as many as there are lanes; `a`: their rays' directions.
 #[inline(always)]
-fn mirror_block<S: Lanes>(
+fn mirror_unit<S: Lanes>(
     simd: S,
     shader: &Shader<'_>,
     tile: &Tile,
     at: usize,
-    x: usize,
-    y: usize,
-) -> [u32; 16] {
+    a: [S::f32s; 3],
+) -> S::u32s {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
         };
     }
     let records = shader.world.mirror_records();
-    let mut pixels = [0u32; 16];
-    // Misses read the first record and are blanked in the end.
-    let mut known = [0u32; 16];
-    let (mut any_hit, mut uniform) = (false, true);
-    let first = S::u32s::splat(simd, tile.id[at]);
-    let (zero, nothing) = (splat!(0.0), S::u32s::splat(simd, 0));
-    let mut s = 0;
-    while s < 16 {
-        let hit = load(simd, &tile.z, at + s).simd_gt(zero);
-        let ids = S::u32s::from_slice(simd, &tile.id[at + s..at + s + lanes::<S>()]);
-        any_hit |= hit.any_true();
-        uniform &= ids.simd_eq(first).all_true();
-        hit.select(ids, nothing)
-            .store_slice(&mut known[s..s + lanes::<S>()]);
-        s += lanes::<S>();
-    }
-    if !any_hit {
-        return pixels;
-    }
-    let rays = &shader.rays;
-    let mut s = 0;
-    while s < 16 {
-        let m = if uniform {
-            let [x, y, z, c] = records[known[0] as usize];
-            [splat!(x), splat!(y), splat!(z), splat!(c)]
-        } else {
-            simd.gather4(records, &known[s..s + lanes::<S>()])
+    let nothing = S::u32s::splat(simd, 0);
+    let ids = S::u32s::from_slice(simd, &tile.id[at..at + lanes::<S>()]);
+    let first = tile.id[at];
+    let uniform = ids.simd_eq(S::u32s::splat(simd, first)).all_true();
+    let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));
+    let m = if uniform {
+        let Some(&[x, y, z, c]) = records.get(first as usize) else {
+            return nothing;
         };
-        let px = load(simd, &LANE_X, s) + splat!(x as f32);
-        let py = load(simd, &LANE_Y, s) + splat!(y as f32);
-        macro_rules! direction {
-            ($k:expr) => {
-                (splat!(rays.base[$k]) + py * splat!(rays.dy[$k])) + px * splat!(rays.dx[$k])
-            };
-        }
-        let a = [direction!(0), direction!(1), direction!(2)];
-        let length = ((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]).sqrt();
-        let cosine = ((m[0] * a[0] + m[1] * a[1]) + m[2] * a[2]) / length;
-        let shown = (splat!(1.0) - cosine) * splat!(0.5);
-        let color: S::u32s = m[3].bitcast();
-        macro_rules! channel {
-            ($shift:expr) => {{
-                let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
-                let c: S::f32s = c.to_float();
-                let c = (shown * c).round_ties_even().max(zero).min(splat!(255.0));
-                let c: S::i32s = c.to_int();
-                c.bitcast::<S::u32s>() << $shift
-            }};
-        }
-        let rgb = channel!(16) | channel!(8) | channel!(0);
-        let hit = load(simd, &tile.z, at + s).simd_gt(zero);
-        hit.select(rgb, nothing)
-            .store_slice(&mut pixels[s..s + lanes::<S>()]);
-        s += lanes::<S>();
+        [splat!(x), splat!(y), splat!(z), splat!(c)]
+    } else {
+        // Misses read the first record and are blanked in the end.
+        let mut known = [0u32; 16];
+        hit.select(ids, nothing)
+            .store_slice(&mut known[..lanes::<S>()]);
+        simd.gather4(records, &known[..lanes::<S>()])
+    };
+    let length = ((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]).sqrt();
+    let cosine = ((m[0] * a[0] + m[1] * a[1]) + m[2] * a[2]) / length;
+    let shown = (splat!(1.0) - cosine) * splat!(0.5);
+    let shown = shown.max(splat!(0.0)).min(splat!(1.0));
+    let color: S::u32s = m[3].bitcast();
+    macro_rules! channel {
+        ($shift:expr) => {{
+            let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
+            let c: S::f32s = c.to_float();
+            let c: S::i32s = (shown * c).round_ties_even().to_int();
+            c.bitcast::<S::u32s>() << $shift
+        }};
     }
-    pixels
+    let rgb = channel!(16) | channel!(8) | channel!(0);
+    hit.select(rgb, nothing)
 }
 
 /// The formula that the report prints, `r = 3a − 2(a·n)n` for unit `n`: then `L·r = (3L − 2(L·n)n)·a` and

@@ -29,6 +29,23 @@ pub fn prefetch<T>(slice: &[T], index: usize, line: usize) {
     let _ = address;
 }
 
+/// The processor's time stamp counter, where there is one; nanoseconds elsewhere. Only differences mean something.
+#[inline(always)]
+#[must_use]
+pub fn ticks() -> u64 {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: reads a counter that every x86-64 has and that systems leave open to programs.
+    unsafe {
+        std::arch::x86_64::_rdtsc()
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+        let start = START.get_or_init(std::time::Instant::now);
+        u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX)
+    }
+}
+
 /// Copies `from` to `to` past the caches: for planes that are larger than they are and not read again soon. A plain
 /// store would first fetch each line that it is about to overwrite.
 ///

@@ -12,6 +12,7 @@ use raybomb::frame::{Hits, MISS};
 use raybomb::math::Random;
 use raybomb::render::{Engine, Progress, Renderer};
 use raybomb::simd::Kernel;
+use raybomb::trace::probe::Silent;
 use raybomb::trace::{Rig, TILE, Tracer};
 use raybomb::world::World;
 
@@ -128,7 +129,7 @@ fn without_the_guard_meshes_leak() {
         // Whole tiles only: a tile that sticks out of the picture sees more than the mesh.
         for y in (0..SIZE.1 - TILE).step_by(TILE) {
             for x in (0..SIZE.0 - TILE).step_by(TILE) {
-                tracer.trace::<false>(Kernel::best(), world.bvh(), &rig.tile(x, y));
+                tracer.trace::<Silent>(Kernel::best(), world.bvh(), &rig.tile(x, y));
                 holes += tracer.tile().id.iter().filter(|&&id| id == MISS).count();
             }
         }

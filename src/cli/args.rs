@@ -157,6 +157,9 @@ pub struct BenchArgs {
     /// How often, after one run that does not count
     #[arg(long, value_name = "N", default_value = "30", value_parser = values::count, allow_hyphen_values = true)]
     pub frames: u32,
+    /// Also tell where the time of a picture goes (workloads primary and shaded, engine fast)
+    #[arg(long)]
+    pub stages: bool,
     /// Print one JSON object on one line
     #[arg(long)]
     pub json: bool,

@@ -15,7 +15,8 @@ use super::values::{ENGINES, name_of};
 use crate::camera::{Camera, Pivot, View};
 use crate::export::{Hasher, picture_hash};
 use crate::frame::{Frame, Hits};
-use crate::render::{Progress, Renderer, Settings};
+use crate::raw::ticks;
+use crate::render::{Engine, Progress, RenderStats, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
 use crate::world::World;
@@ -31,6 +32,12 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
                 .to_owned(),
         ));
     }
+    let pictures = matches!(args.workload, Workload::Primary | Workload::Shaded);
+    if args.stages && !(pictures && args.machine.engine == Engine::Fast) {
+        return Err(Failure::Usage(
+            "--stages needs --workload primary or shaded and --engine fast".to_owned(),
+        ));
+    }
     let bench = Bench::load(args, progress)?;
     let times = match args.workload {
         Workload::Primary => bench.primary()?,
@@ -38,7 +45,10 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
         Workload::Build => bench.build()?,
         Workload::Load => bench.load_again()?,
     };
-    let report = bench.report(times);
+    let mut report = bench.report(times);
+    if args.stages {
+        report.stages = Some(bench.stages()?);
+    }
     if args.json {
         let json = serde_json::to_string(&report)
             .map_err(|e| Failure::Failed(format!("cannot write JSON: {e}")))?;
@@ -93,14 +103,7 @@ impl<'a> Bench<'a> {
 
     /// The whole picture.
     fn shaded(&self) -> Result<Vec<Duration>, Failure> {
-        let settings = self.settings();
-        let picture = |frame: &mut Frame| {
-            timed(|| {
-                self.renderer
-                    .picture(&self.world, &self.view, &settings, frame, self.progress)?;
-                Ok(())
-            })
-        };
+        let picture = |frame: &mut Frame| timed(|| self.picture(frame));
         self.repeat(Frame::default(), picture, picture_hash)
     }
 
@@ -133,12 +136,48 @@ impl<'a> Bench<'a> {
         self.repeat(None, load, |scene| scene.as_ref() == Some(&self.scene))
     }
 
-    fn trace(&self, world: &World, hits: &mut Hits) -> Outcome {
+    fn trace(&self, world: &World, hits: &mut Hits) -> Result<RenderStats, Failure> {
         let machine = &self.args.machine;
         let (engine, kernel) = (machine.engine, machine.kernel);
-        self.renderer
-            .hits(world, &self.view, engine, kernel, hits, self.progress)?;
-        Ok(())
+        Ok(self
+            .renderer
+            .hits(world, &self.view, engine, kernel, hits, self.progress)?)
+    }
+
+    fn picture(&self, frame: &mut Frame) -> Result<RenderStats, Failure> {
+        Ok(self.renderer.picture(
+            &self.world,
+            &self.view,
+            &self.settings(),
+            frame,
+            self.progress,
+        )?)
+    }
+
+    /// Where the ticks of a picture go: the stages of the tracer by themselves, the output from a second run.
+    fn stages(&self) -> Result<StagesReport, Failure> {
+        let (time, first) = (Instant::now(), ticks());
+        let stages = self
+            .renderer
+            .stages(&self.world, &self.view, self.args.machine.kernel);
+        let ticks_a_second = (ticks() - first) as f64 / time.elapsed().as_secs_f64();
+        let stats = if self.args.workload == Workload::Shaded {
+            let mut frame = Frame::default();
+            self.picture(&mut frame)?;
+            self.picture(&mut frame)?
+        } else {
+            let mut hits = Hits::default();
+            self.trace(&self.world, &mut hits)?;
+            self.trace(&self.world, &mut hits)?
+        };
+        let output = stats.shade.as_secs_f64() * self.renderer.threads() as f64 * ticks_a_second;
+        let pixels = (self.args.size.width * self.args.size.height) as f64;
+        Ok(StagesReport {
+            traversal: stages.traversal as f64 / pixels,
+            setup: stages.setup as f64 / pixels,
+            coverage: stages.coverage as f64 / pixels,
+            output: output / pixels,
+        })
     }
 
     /// `run` works on the state and gives the time it took; the first time does not count. The results of the first
@@ -194,6 +233,7 @@ impl<'a> Bench<'a> {
                 ms(self.build_time)
             },
             bytes_per_triangle: self.world.bytes() as f64 / triangles.max(1) as f64,
+            stages: None,
         }
     }
 }
@@ -217,7 +257,7 @@ fn still_view(args: &BenchArgs, scene: &Scene, world: &World) -> View {
 }
 
 /// How long `work` takes.
-fn timed(work: impl FnOnce() -> Outcome) -> Result<Duration, Failure> {
+fn timed<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<Duration, Failure> {
     let start = Instant::now();
     work()?;
     Ok(start.elapsed())
@@ -275,6 +315,31 @@ struct Report {
     mrays_s: Option<f64>,
     build_ms: f64,
     bytes_per_triangle: f64,
+    /// With `--stages`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stages: Option<StagesReport>,
+}
+
+/// Ticks of the time stamp counter a pixel, all threads together.
+#[derive(Debug, Serialize)]
+struct StagesReport {
+    /// From box to box.
+    traversal: f64,
+    /// Leaves: vertices, boxes on screen, edge functions.
+    setup: f64,
+    /// From edge functions to pixels.
+    coverage: f64,
+    /// Shading and storing, or storing numbers and distances.
+    output: f64,
+}
+
+impl StagesReport {
+    fn words(&self) -> String {
+        format!(
+            "\nticks a pixel: traversal {:.2}, setup {:.2}, coverage {:.2}, output {:.2}",
+            self.traversal, self.setup, self.coverage, self.output
+        )
+    }
 }
 
 impl Report {
@@ -285,7 +350,7 @@ impl Report {
         format!(
             "{}: {} triangles, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}\n\
-             build {:.1} ms, {:.1} bytes a triangle",
+             build {:.1} ms, {:.1} bytes a triangle{}",
             self.scene,
             self.triangles,
             self.width,
@@ -298,7 +363,10 @@ impl Report {
             self.min_ms,
             self.frames,
             self.build_ms,
-            self.bytes_per_triangle
+            self.bytes_per_triangle,
+            self.stages
+                .as_ref()
+                .map_or_else(String::new, StagesReport::words)
         )
     }
 }

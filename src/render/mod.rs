@@ -18,7 +18,7 @@ use crate::shade::Shader;
 pub use crate::shade::{Reflection, ViewMode};
 use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
-use crate::trace::{Rig, TILE, Tile, TileSpace, Tracer, brute};
+use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
 use crate::world::World;
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
@@ -109,7 +109,7 @@ pub struct RenderStats {
     pub total: Duration,
     /// Time spent finding hits, averaged over the threads.
     pub trace: Duration,
-    /// Time spent colouring them, averaged over the threads.
+    /// Time spent colouring them or writing them down, averaged over the threads.
     pub shade: Duration,
 }
 
@@ -201,14 +201,29 @@ impl Renderer {
         let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
             let hit = engine.trace(tracer, kernel, out.x(), out.y(), false);
+            clock.traced();
             let ids = &world.bvh().file_ids;
             if hit {
                 hit_plane::write(kernel, tracer.tile(), ids, engine.t_per_w(), out);
             } else {
                 hit_plane::write_misses(out);
             }
-            clock.traced();
+            clock.shaded();
         })
+    }
+
+    /// What the stages of the fast engine take for one picture, on one thread and without any output. Looking at the
+    /// clock takes time itself: use the proportions.
+    #[must_use]
+    pub fn stages(&self, world: &World, view: &View, kernel: Kernel) -> StageTicks {
+        let rig = Rig::new(view, world.bvh().bounds);
+        let mut tracer = Tracer::default();
+        for y in (0..view.height).step_by(TILE) {
+            for x in (0..view.width).step_by(TILE) {
+                tracer.trace::<probe::Timing>(kernel, world.bvh(), &rig.tile(x, y));
+            }
+        }
+        tracer.take_stages()
     }
 
     /// Does `work` for every tile of `plane`: one parallel section, each thread taking the next free tile.
@@ -322,10 +337,10 @@ impl<'a> EngineAtWork<'a> {
     ) -> bool {
         match &self.kind {
             Kind::Fast if count_cost => {
-                return tracer.trace::<true>(kernel, self.bvh, &self.rig.tile(x, y));
+                return tracer.trace::<probe::Counting>(kernel, self.bvh, &self.rig.tile(x, y));
             }
             Kind::Fast => {
-                return tracer.trace::<false>(kernel, self.bvh, &self.rig.tile(x, y));
+                return tracer.trace::<probe::Silent>(kernel, self.bvh, &self.rig.tile(x, y));
             }
             Kind::Brute(corners) => {
                 let space: TileSpace = self.rig.tile(x, y);

@@ -7,6 +7,7 @@
 use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3, rows_of_unit};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
+use super::probe::{Probe, StageTicks, Stopwatch};
 use super::raster::{self, MicroLanes};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
@@ -60,18 +61,23 @@ impl Guard {
 
 /// Traces one leaf. Returns the 8x8 blocks in which it won a pixel, as bits, row by row.
 #[inline(always)]
-pub fn trace<S: Lanes, const COST: bool>(
+pub fn trace<S: Lanes, P: Probe>(
     simd: S,
     context: &LeafContext<'_>,
     leaf: Leaf<'_>,
     scratch: &mut Scratch,
+    stages: &mut StageTicks,
     tile: &mut Tile,
 ) -> u64 {
+    let mut watch = Stopwatch::start::<P>();
     let chunks = transform(simd, context.space, leaf, &mut scratch.vertices);
     let mut dirty = 0;
     let mut first = 0;
     while first < leaf.count() {
-        dirty |= group::<S, COST>(simd, context, leaf, first, chunks, scratch, tile);
+        dirty |= group::<S, P>(
+            simd, context, leaf, first, chunks, scratch, stages, &mut watch, tile,
+        );
+        stages.coverage += watch.lap::<P>();
         first += lanes::<S>();
     }
     dirty
@@ -122,13 +128,19 @@ fn transform<S: Lanes>(
 
 /// Traces as many triangles of the leaf as there are lanes, from `first` on.
 #[inline(always)]
-fn group<S: Lanes, const COST: bool>(
+#[expect(
+    clippy::too_many_arguments,
+    reason = "inlined into its one caller: only a name for the body of its loop"
+)]
+fn group<S: Lanes, P: Probe>(
     simd: S,
     context: &LeafContext<'_>,
     leaf: Leaf<'_>,
     first: usize,
     chunks: usize,
     scratch: &mut Scratch,
+    stages: &mut StageTicks,
+    watch: &mut Stopwatch,
     tile: &mut Tile,
 ) -> u64 {
     macro_rules! splat {
@@ -163,10 +175,11 @@ fn group<S: Lanes, const COST: bool>(
         keep &= low[k].simd_le(high[k]);
     }
     let mut todo = bits::<S>(keep) & valid;
-    if COST {
+    if P::COUNTS {
         count_tests::<S>(tile, &low, &high, todo);
     }
     if todo == 0 {
+        stages.setup += watch.lap::<P>();
         return 0;
     }
 
@@ -231,6 +244,7 @@ fn group<S: Lanes, const COST: bool>(
         first,
         file_ids: context.file_ids,
     };
+    stages.setup += watch.lap::<P>();
     let extent = [high[0] - low[0], high[1] - low[1]];
     let one = splat!(1.0);
     let micro = bits::<S>(extent[0].simd_le(one) & extent[1].simd_le(one)) & todo;

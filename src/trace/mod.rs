@@ -11,12 +11,14 @@ mod doubt;
 pub mod exact;
 mod frustum;
 mod leaf;
+pub mod probe;
 mod raster;
 pub mod space;
 pub mod tile;
 mod vec3s;
 mod walk;
 
+pub use probe::StageTicks;
 pub use space::{Rig, TILE, TileSpace};
 pub use tile::Tile;
 pub use walk::Tracer;

@@ -4,6 +4,7 @@ use super::brute;
 use super::coverage::Scratch;
 use super::frustum::Frustum;
 use super::leaf::{self, Guard, LeafContext, TAME};
+use super::probe::{Probe, StageTicks, Stopwatch};
 use super::space::{TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
 use crate::bvh::{Bvh, Child, Node};
@@ -116,6 +117,7 @@ pub struct Tracer {
     horizon: Horizon,
     scratch: Box<Scratch>,
     guard: Guard,
+    stages: StageTicks,
 }
 
 impl Default for Tracer {
@@ -127,6 +129,7 @@ impl Default for Tracer {
             horizon: Horizon::OPEN,
             scratch: Box::new(Scratch::NEW),
             guard: Guard::ON,
+            stages: StageTicks::default(),
         }
     }
 }
@@ -149,6 +152,11 @@ impl Tracer {
         &self.tile
     }
 
+    /// What the tiles traced with [`Timing`](super::probe::Timing) took since the last call.
+    pub fn take_stages(&mut self) -> StageTicks {
+        std::mem::take(&mut self.stages)
+    }
+
     /// The tile, all misses, to be filled by another engine.
     pub fn cleared_tile(&mut self) -> &mut Tile {
         self.tile.clear();
@@ -157,34 +165,29 @@ impl Tracer {
         &mut self.tile
     }
 
-    /// Traces one tile; the hits are in [`Tracer::tile`]. `COST` counts tests too. Returns false when nothing was
+    /// Traces one tile; the hits are in [`Tracer::tile`]. `P`: what is measured beside them. Returns false when nothing was
     /// hit.
     ///
     /// # Panics
     /// When this CPU lacks `kernel`.
-    pub fn trace<const COST: bool>(
-        &mut self,
-        kernel: Kernel,
-        bvh: &Bvh,
-        space: &TileSpace,
-    ) -> bool {
+    pub fn trace<P: Probe>(&mut self, kernel: Kernel, bvh: &Bvh, space: &TileSpace) -> bool {
         if !bvh.nodes.is_empty() && !is_tame(bvh, space) {
             brute::trace(&bvh.corners(), &bvh.file_ids, space, self.cleared_tile());
             return true;
         }
         self.tile.clear();
-        if COST {
+        if P::COUNTS {
             self.tile.cost.fill(0);
         }
         if bvh.nodes.is_empty() {
             return false;
         }
-        dispatch!(kernel, simd => self.walk::<_, COST>(simd, bvh, space));
+        dispatch!(kernel, simd => self.walk::<_, P>(simd, bvh, space));
         self.tile.touched != 0
     }
 
     #[inline(always)]
-    fn walk<S: Lanes, const COST: bool>(&mut self, simd: S, bvh: &Bvh, space: &TileSpace) {
+    fn walk<S: Lanes, P: Probe>(&mut self, simd: S, bvh: &Bvh, space: &TileSpace) {
         let Tracer {
             tile,
             stack,
@@ -192,8 +195,9 @@ impl Tracer {
             horizon,
             scratch,
             guard,
-            ..
+            stages,
         } = self;
+        let mut watch = Stopwatch::start::<P>();
         *horizon = Horizon::OPEN;
         let frustum = Frustum::new(space);
         let mut context = LeafContext {
@@ -234,13 +238,15 @@ impl Tracer {
             if !horizon.sees(simd, entry.near, entry.blocks, &tile.z) {
                 continue;
             }
-            if COST {
+            if P::COUNTS {
                 count_visit(tile, entry.blocks);
             }
             if leaf_next {
                 context.tile_far = horizon.tile_far;
                 let leaf = bvh.leaf(entry.child.index());
-                let won = leaf::trace::<S, COST>(simd, &context, leaf, scratch, tile);
+                stages.traversal += watch.lap::<P>();
+                let won = leaf::trace::<S, P>(simd, &context, leaf, scratch, stages, tile);
+                watch.lap::<P>();
                 horizon.dirty |= won;
                 tile.touched |= won;
                 continue;
@@ -272,6 +278,7 @@ impl Tracer {
             }
             depth += survivors.mask.count_ones() as usize;
         }
+        stages.traversal += watch.lap::<P>();
     }
 }
 

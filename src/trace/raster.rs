@@ -7,7 +7,7 @@ use super::doubt;
 use super::space::HALF;
 use super::tile::{BLOCKS, TABLES, Tile, pixel_offset};
 use super::vec3s::{Vec3s, add, sub};
-use crate::simd::{Lanes, Select, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
+use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
 
 /// Lanes for [`micro_triangles`].
 pub struct MicroLanes<S: Lanes> {
@@ -116,8 +116,12 @@ pub const fn small_rows<S: Lanes>() -> usize {
     16 / rows_of_unit::<S>()
 }
 
-/// Small triangles: which units each of them may meet is found for all lanes at once, then each goes through its
-/// own. `low`: first column and row of units of each lane's box; `wide`: its columns and rows less one.
+/// Pairs of a unit and a lane: bit `(4 * row + column) * lanes + lane`, units counted from the lane's first.
+type Pairs = [u64; 4];
+
+/// Small triangles: which units each of them may meet is found for all lanes at once; then one loop goes over all
+/// pairs of unit and triangle, whose end is easier to predict than that of a loop for each. `low`: first column and
+/// row of units of each lane's box; `wide`: its columns and rows less one.
 #[inline(always)]
 pub fn small_triangles<S: Lanes>(
     simd: S,
@@ -128,33 +132,26 @@ pub fn small_triangles<S: Lanes>(
     scratch: &Scratch,
     tile: &mut Tile,
 ) -> u64 {
-    let touched = touched_units(simd, &scratch.setup, small, low, wide);
     let units_a_block = 16 / lanes::<S>();
     let mut dirty = 0u64;
-    let mut left = small;
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize & 15;
-        left &= left - 1;
-        let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
-        // Units beyond the box may lie beyond the tile.
-        let in_box = (0x1111_1111_1111_1111u64 * (0xf >> (3 - (x1 - x0) % 4)))
-            & (u64::MAX >> (60 - 4 * ((y1 - y0) % 16)));
-        let mut units = (u64::from(touched[0][lane]) | u64::from(touched[1][lane]) << 32) & in_box;
-        if units == 0 {
-            continue;
-        }
-        let who = Candidate {
-            job,
-            vertices: &scratch.vertices,
-            lane,
-        };
-        let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
-        while units != 0 {
-            let unit = units.trailing_zeros() as usize;
-            units &= units - 1;
-            let (x, y) = (x0 + unit % SMALL_COLUMNS, y0 + unit / SMALL_COLUMNS);
+    let pairs = pairs_that_meet(simd, &scratch.setup, small, low, wide);
+    for (word, pairs) in pairs.into_iter().enumerate() {
+        let mut left = pairs;
+        while left != 0 {
+            let pair = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let lane = pair % lanes::<S>();
+            let unit = (word * 64 + pair) / lanes::<S>();
+            let x = scratch.boxes[0][lane] as usize + unit % SMALL_COLUMNS;
+            let y = scratch.boxes[2][lane] as usize + unit / SMALL_COLUMNS;
             let block = (y / units_a_block * BLOCKS + x) & (BLOCKS * BLOCKS - 1);
             let first = y % units_a_block * lanes::<S>();
+            let who = Candidate {
+                job,
+                vertices: &scratch.vertices,
+                lane,
+            };
+            let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
             let won = cover_unit::<S, false>(simd, tile, &k, block, first, who);
             dirty |= u64::from(won) << (TABLES.offset[block] >> 6);
         }
@@ -162,15 +159,15 @@ pub fn small_triangles<S: Lanes>(
     dirty
 }
 
-/// Which units from `low` on each lane's triangle may meet: bit 4 * row + column, the first 32 and the others.
+/// The pairs of a unit inside a lane's box and its triangle that may meet.
 #[inline(always)]
-fn touched_units<S: Lanes>(
+fn pairs_that_meet<S: Lanes>(
     simd: S,
     setup: &Setup,
     small: u32,
     low: [S::f32s; 2],
     wide: [S::f32s; 2],
-) -> [[u32; 16]; 2] {
+) -> Pairs {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
@@ -197,33 +194,33 @@ fn touched_units<S: Lanes>(
     }
     // The sums below are rounded more often than those of a pixel: allow for as much error again.
     let lowest = splat!(0.0) - load(simd, &setup.0[SURE], 0);
-    let mut touched = [[0u32; 16]; 2];
-    let mut row = 0;
-    for half in &mut touched {
-        let mut units = S::u32s::splat(simd, 0);
-        let mut bit = 0;
-        while bit < 32 && row < small_rows::<S>() {
-            let below = splat!(row as f32);
-            if row != 0 && bits::<S>(wide[1].simd_ge(below)) & small == 0 {
+    let mut in_columns = [small; SMALL_COLUMNS];
+    for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
+        *lanes &= bits::<S>(wide[0].simd_ge(splat!(column as f32)));
+    }
+    let mut pairs = [0; 4];
+    for row in 0..small_rows::<S>() {
+        let below = splat!(row as f32);
+        let in_row = bits::<S>(wide[1].simd_ge(below));
+        if in_row & small == 0 {
+            break;
+        }
+        let mut at = [
+            start[0] + down[0] * below,
+            start[1] + down[1] * below,
+            start[2] + down[2] * below,
+        ];
+        for (column, in_column) in in_columns.iter().enumerate() {
+            if *in_column == 0 {
                 break;
             }
-            let mut at = [
-                start[0] + down[0] * below,
-                start[1] + down[1] * below,
-                start[2] + down[2] * below,
-            ];
-            for column in 0..SMALL_COLUMNS {
-                let unit = S::u32s::splat(simd, 1 << (bit + column));
-                let met = min3::<S>(at).simd_ge(lowest);
-                units |= met.select(unit, S::u32s::splat(simd, 0));
-                at = add::<S>(at, right);
-            }
-            bit += SMALL_COLUMNS;
-            row += 1;
+            let met = bits::<S>(min3::<S>(at).simd_ge(lowest)) & in_row & in_column;
+            let bit = (row * SMALL_COLUMNS + column) * lanes::<S>();
+            pairs[bit / 64] |= u64::from(met) << (bit % 64);
+            at = add::<S>(at, right);
         }
-        units.store_slice(&mut half[..lanes::<S>()]);
     }
-    touched
+    pairs
 }
 
 /// A triangle that is not small.

@@ -4,7 +4,7 @@
 //! the state wants goes to the [`Painter`], and the loop sleeps until something happens or is due.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -18,13 +18,17 @@ use winit::event_loop::{
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
 use super::action::Action;
+use super::bindings::Button;
 use super::input::Input;
 use super::overlay::Overlay;
 use super::painter::{Notice, Painter, Picture};
 use super::present::Presenter;
-use super::state::{Command, OverlayWish, State, Wish};
+use super::save::{Origin, save};
+use super::script::Line;
+use super::session::{NextLine, Session, print};
+use super::state::{Command, Document, OverlayWish, State, Wish};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, screenshot};
+use super::{AppError, AppOptions, backend, keys, moves, screenshot};
 use crate::render::Renderer;
 
 /// Pictures follow one another at the screen's rate, or at this one where it is not told.
@@ -37,6 +41,10 @@ enum Message {
     Painter(Notice),
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
+    /// The scene is saved with what was recorded then, or not.
+    SceneSaved(moves::Recorded, io::Result<PathBuf>),
+    /// The script has another line.
+    Script(NextLine),
 }
 
 /// Opens the window and shows the scene until the user quits.
@@ -147,6 +155,12 @@ struct Viewer {
     overlay: Overlay,
     statistics: Statistics,
     painter: Painter,
+    session: Session,
+    origin: Origin,
+    /// Answers that the state waits for.
+    pending: usize,
+    /// The left button holds the bar of frames.
+    scrubbing: bool,
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
@@ -170,6 +184,13 @@ impl Viewer {
         let title = format!("{} - Ray Bomb 3D", options.name);
         let state = options.initial_state();
         let to_loop = proxy.clone();
+        let play = options.play_actions.as_deref();
+        let session = Session::open(play, options.record_actions.as_deref(), move |line| {
+            // Fails when the loop has ended: nobody plays the script.
+            let _ = to_loop.send_event(Message::Script(line));
+        })?;
+        let origin = options.origin;
+        let to_loop = proxy.clone();
         let painter = Painter::start(options.scene, renderer, move |notice| {
             // Fails when the loop has ended: nobody waits for the picture.
             let _ = to_loop.send_event(Message::Painter(notice));
@@ -183,6 +204,10 @@ impl Viewer {
             overlay: Overlay::new(1.0),
             statistics,
             painter,
+            session,
+            origin,
+            pending: 0,
+            scrubbing: false,
             proxy,
             picture: None,
             is_new: false,
@@ -194,8 +219,14 @@ impl Viewer {
         })
     }
 
-    fn now(&self) -> Duration {
+    /// The clock.
+    fn real(&self) -> Duration {
         self.epoch.map_or(Duration::ZERO, |epoch| epoch.elapsed())
+    }
+
+    /// The session's time.
+    fn now(&self) -> Duration {
+        self.session.now(self.real())
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
@@ -206,9 +237,112 @@ impl Viewer {
     /// Brings the state to the present, then lets `action` change it.
     fn act(&mut self, action: Option<Action>) {
         if let Some(action) = action {
-            self.state.advance(self.now());
+            let now = self.now();
+            self.state.advance(now);
+            self.note(now, Line::Act(action));
             self.state.apply(action);
         }
+    }
+
+    fn note(&mut self, now: Duration, line: Line) {
+        if let Some(e) = self.session.note(now, line) {
+            self.tell(&format!("cannot record the session: {e}"));
+        }
+    }
+
+    /// Plays the lines of the script that are due.
+    fn play_script(&mut self) {
+        while let Some(line) = self.session.next(self.real(), self.is_settled()) {
+            match line {
+                Line::Act(action) => self.act(Some(action)),
+                Line::Resize(width, height) => {
+                    if let Some(screen) = self.stage.screen() {
+                        let size = PhysicalSize::new(width, height);
+                        // Some systems answer at once, others with an event.
+                        if let Some(size) = screen.window.request_inner_size(size) {
+                            self.resized(size);
+                        }
+                    }
+                }
+                Line::Settle => print(&self.session.settle_report(&self.state)),
+                Line::Wait(_) => {}
+            }
+            self.state.advance(self.now());
+        }
+        if self.is_settled()
+            && !self.state.is_moving()
+            && let Some(e) = self.session.settled()
+        {
+            self.tell(&format!("cannot record the session: {e}"));
+        }
+    }
+
+    /// True when the window shows what the state wants and nothing is under way.
+    fn is_settled(&self) -> bool {
+        let shown = self.picture.as_ref().map(|p| p.wish);
+        matches!(self.stage, Stage::Running(_))
+            && !self.is_new
+            && self.pending == 0
+            && shown == Some(self.state.wish())
+            && self.drawn == self.state.overlay()
+            && self.session.has_size(self.state.size_px())
+    }
+
+    fn button(&mut self, state: ElementState, button: Button) {
+        let now = self.now();
+        let place = self.input.cursor_px();
+        let bar = self.state.bar();
+        let on_bar = place.zip(bar).filter(|(place, bar)| bar.contains(*place));
+        let action = match state {
+            ElementState::Pressed if button == Button::Left && on_bar.is_some() => {
+                self.scrubbing = true;
+                on_bar.map(|((x, _), bar)| Action::Seek(bar.frame_at(x)))
+            }
+            ElementState::Pressed => {
+                self.input.button_down(button, now);
+                None
+            }
+            ElementState::Released if button == Button::Left && self.scrubbing => {
+                self.scrubbing = false;
+                None
+            }
+            ElementState::Released => self.input.button_up(button, now),
+        };
+        self.act(action);
+    }
+
+    fn cursor_moved(&mut self, x: f64, y: f64) {
+        let now = self.now();
+        let moved = self.input.cursor_moved(x, y, now);
+        self.state.advance(now);
+        self.state.pointed_at((x, y));
+        let action = match self.state.bar() {
+            Some(bar) if self.scrubbing => Some(Action::Seek(bar.frame_at(x))),
+            _ => moved,
+        };
+        self.act(action);
+    }
+
+    /// Saves the scene with the hand's moves, on a thread of its own.
+    fn save_scene(&mut self, document: Document) {
+        let (origin, proxy) = (self.origin.clone(), self.proxy.clone());
+        self.pending += 1;
+        self.saving.push(std::thread::spawn(move || {
+            let saved = save(&origin, &document);
+            // Fails when the loop has ended: the file is there all the same.
+            let _ = proxy.send_event(Message::SceneSaved(document.recorded, saved));
+        }));
+    }
+
+    fn scene_saved(&mut self, recorded: moves::Recorded, saved: io::Result<PathBuf>) {
+        self.pending -= 1;
+        self.state.advance(self.now());
+        let name = saved.map(|path| {
+            let name = path.display().to_string();
+            self.origin = Origin::File(path);
+            name
+        });
+        self.state.saved(recorded, name.map_err(|e| e.to_string()));
     }
 
     fn key(&mut self, event: &KeyEvent, is_synthetic: bool) {
@@ -226,7 +360,11 @@ impl Viewer {
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
         // A window's size fits in memory.
-        self.state.resize(size.width as usize, size.height as usize);
+        let (width, height) = (size.width as usize, size.height as usize);
+        if self.state.size_px() != (width, height) {
+            self.note(self.now(), Line::Resize(size.width, size.height));
+        }
+        self.state.resize(width, height);
         if let Some(screen) = self.stage.screen() {
             screen.size = size;
             screen.window.request_redraw();
@@ -285,6 +423,12 @@ impl Viewer {
         for command in self.state.take_commands() {
             match command {
                 Command::Report(line) => report(&line),
+                Command::Print(text) => print(&text),
+                Command::Probe(probe) => {
+                    self.pending += 1;
+                    self.painter.probe(probe);
+                }
+                Command::Save(document) => self.save_scene(document),
                 Command::Screenshot => self.save_picture(),
                 Command::Quit => event_loop.exit(),
                 Command::Fullscreen(on) => {
@@ -351,14 +495,25 @@ impl Viewer {
     /// When the state changes without an event.
     fn next_change(&self) -> Option<Instant> {
         let epoch = self.epoch?;
+        let script = self.session.wakes_at().and_then(|t| epoch.checked_add(t));
+        if !self.session.time_moves() {
+            return script;
+        }
         if self.state.is_turning() {
             let interval = match &self.stage {
                 Stage::Running(screen) => screen.interval,
                 _ => DEFAULT_INTERVAL,
             };
-            return Some(Instant::now() + interval);
+            return script
+                .into_iter()
+                .chain(Some(Instant::now() + interval))
+                .min();
         }
-        epoch.checked_add(self.state.next_change()?)
+        let change = self.state.next_change().and_then(|t| {
+            let wait = t.saturating_sub(self.now());
+            Instant::now().checked_add(wait)
+        });
+        change.into_iter().chain(script).min()
     }
 }
 
@@ -383,6 +538,7 @@ impl ApplicationHandler<Message> for Viewer {
             Ok(screen) => {
                 let size = screen.size;
                 self.overlay.set_scale_factor(screen.window.scale_factor());
+                self.state.set_scale_factor(screen.window.scale_factor());
                 self.stage = Stage::Running(screen);
                 self.resized(size);
             }
@@ -403,6 +559,15 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Broken(why)) => {
                 self.fail(event_loop, AppError::Broken { why })
             }
+            Message::Painter(Notice::Probed(answer)) => {
+                let (probe, found) = *answer;
+                self.pending -= 1;
+                self.state.advance(self.now());
+                self.state.probed(&probe, found);
+            }
+            Message::SceneSaved(recorded, saved) => self.scene_saved(recorded, saved),
+            Message::Script(Ok(line)) => self.session.push(line),
+            Message::Script(Err(why)) => self.fail(event_loop, AppError::Broken { why }),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
             Message::Saved(Err(e)) => self.tell(&format!("cannot save the picture: {e}")),
         }
@@ -410,15 +575,18 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         match event {
-            // Destroyed: by another program, behind our back.
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
+            // By another program, behind our back.
+            WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::CloseRequested => self.act(Some(Action::Quit)),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::Occluded(occluded) => self.occluded(occluded),
             WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
                 self.overlay.set_scale_factor(scale_factor);
+                self.state.set_scale_factor(scale_factor);
             }
             WindowEvent::Focused(false) => {
+                self.scrubbing = false;
                 let action = self.input.focus_lost();
                 self.act(Some(action));
             }
@@ -432,16 +600,11 @@ impl ApplicationHandler<Message> for Viewer {
                 ..
             } => self.key(&event, is_synthetic),
             WindowEvent::MouseInput { state, button, .. } => {
-                match (state, keys::button_of(button)) {
-                    (ElementState::Pressed, Some(button)) => self.input.button_down(button),
-                    (ElementState::Released, Some(button)) => self.input.button_up(button),
-                    (_, None) => {}
+                if let Some(button) = keys::button_of(button) {
+                    self.button(state, button);
                 }
             }
-            WindowEvent::CursorMoved { position, .. } => {
-                let action = self.input.cursor_moved(position.x, position.y);
-                self.act(action);
-            }
+            WindowEvent::CursorMoved { position, .. } => self.cursor_moved(position.x, position.y),
             WindowEvent::MouseWheel { delta, .. } => {
                 let scale_factor = self
                     .stage
@@ -456,6 +619,7 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.state.advance(self.now());
+        self.play_script();
         self.obey(event_loop);
         let too_early = self.wish();
         self.redraw_overlay_if_changed();

@@ -269,6 +269,10 @@ impl Viewer {
             }
             self.state.advance(self.now());
         }
+    }
+
+    /// A recorded session waits where the picture stood.
+    fn note_settled(&mut self) {
         if self.is_settled()
             && !self.state.is_moving()
             && let Some(e) = self.session.settled()
@@ -621,6 +625,10 @@ impl ApplicationHandler<Message> for Viewer {
         self.state.advance(self.now());
         self.play_script();
         self.obey(event_loop);
+        if event_loop.exiting() {
+            return;
+        }
+        self.note_settled();
         let too_early = self.wish();
         self.redraw_overlay_if_changed();
         let wake = too_early.into_iter().chain(self.next_change()).min();

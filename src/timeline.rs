@@ -104,7 +104,7 @@ pub fn operations_at(
 /// The turn that brings the base camera to frame `frame`; past the last frame it stays.
 #[must_use]
 pub fn rotation_at(operations: &[Operation], timing: Timing, frame: u64) -> DMat3 {
-    turned_on(DMat3::IDENTITY, operations_at(operations, timing, frame))
+    composed(operations_at(operations, timing, frame))
 }
 
 /// The camera of frame `frame`: `base` turned about `pivot`. The window and the files both ask here, so the
@@ -123,12 +123,42 @@ pub fn camera_at(
 /// All of `operations`, the first applied first.
 #[must_use]
 pub fn rotation_after(operations: &[Operation]) -> DMat3 {
-    turned_on(DMat3::IDENTITY, operations.iter().copied())
+    composed(operations.iter().copied())
 }
 
-/// `turn`, and `operations` after it, the first applied first.
-pub fn turned_on(turn: DMat3, operations: impl Iterator<Item = Operation>) -> DMat3 {
-    operations.fold(turn, |turn, op| rotation(op.axis, op.angle_rad) * turn)
+/// `operations`, the first applied first.
+fn composed(operations: impl Iterator<Item = Operation>) -> DMat3 {
+    operations.fold(DMat3::IDENTITY, then)
+}
+
+/// `turn`, and `op` after it.
+fn then(turn: DMat3, op: Operation) -> DMat3 {
+    rotation(op.axis, op.angle_rad) * turn
+}
+
+/// Composes long lists of operations again and again: what is the same at the beginning is not composed anew. The
+/// bits are those of [`rotation_after`].
+#[derive(Clone, Debug, Default)]
+pub struct Composer {
+    /// Each operation with the turn up to its end.
+    done: Vec<(Operation, DMat3)>,
+}
+
+impl Composer {
+    /// All of `operations`, the first applied first. O(operations), but dear only from the first that is new.
+    pub fn compose(&mut self, operations: impl Iterator<Item = Operation>) -> DMat3 {
+        let mut count = 0;
+        for op in operations {
+            if self.done.get(count).is_none_or(|(same, _)| *same != op) {
+                self.done.truncate(count);
+                let turn = self.done.last().map_or(DMat3::IDENTITY, |(_, turn)| *turn);
+                self.done.push((op, then(turn, op)));
+            }
+            count += 1;
+        }
+        self.done.truncate(count);
+        self.done.last().map_or(DMat3::IDENTITY, |(_, turn)| *turn)
+    }
 }
 
 #[cfg(test)]
@@ -155,6 +185,20 @@ mod tests {
                     rotation_after(&ops()[..done])
                 );
             }
+        }
+    }
+
+    #[test]
+    fn a_composer_gives_the_bits_of_composing_anew() {
+        let mut composer = Composer::default();
+        let mut list = Vec::new();
+        for i in 0..60 {
+            match i % 5 {
+                4 => list.truncate(i / 3),
+                k => list.extend(&ops()[..k.min(3)]),
+            }
+            let all = list.iter().copied();
+            assert_eq!(composer.compose(all), rotation_after(&list));
         }
     }
 

@@ -243,10 +243,10 @@ impl<'t> Words<'t> {
     fn number(&mut self, what: &str) -> Result<f64, String> {
         let number: f64 = self.value(what)?;
         // Moves of any hand fit; sums of them stay finite.
-        if number.abs() <= 1e9 {
+        if number.abs() <= 1e6 {
             Ok(number)
         } else {
-            Err(format!("{what} must lie between -1e9 and 1e9"))
+            Err(format!("{what} must lie between -1e6 and 1e6"))
         }
     }
 
@@ -390,7 +390,7 @@ mod tests {
             ("orbit 1", "orbit: needs pixels"),
             ("orbit 1 two", "orbit: needs pixels, has \"two\""),
             ("orbit 1 2 w", "orbit: needs one of x, y, z, has \"w\""),
-            ("orbit nan 2", "orbit: pixels must lie between -1e9 and 1e9"),
+            ("orbit nan 2", "orbit: pixels must lie between -1e6 and 1e6"),
             ("undo twice", "undo: ends before \"twice\""),
             ("speed 0", "speed: the factor must be above 0"),
             ("step 1.5", "step: needs a number of frames, has \"1.5\""),

@@ -55,7 +55,7 @@ impl List {
             && let Some(top) = self.turns.last_mut()
             && top.axis == turn.axis
         {
-            top.micro_rad += turn.micro_rad;
+            top.micro_rad = top.micro_rad.saturating_add(turn.micro_rad);
             if top.micro_rad == 0 {
                 self.turns.pop();
             }
@@ -532,6 +532,22 @@ mod tests {
         assert!(!m.bake(camera(), DMat3::IDENTITY, DVec3::ZERO, far));
         assert_eq!(m.base(camera()), camera());
         assert!(!m.undo());
+    }
+
+    #[test]
+    fn baking_for_hours_keeps_the_cameras_shape() {
+        let mut m = Moves::default();
+        let pivot = DVec3::new(0.1, 0.2, 0.3);
+        let turn = rotation(Axis::Z, 0.3) * rotation(Axis::X, 1.0);
+        let step = rotation(Axis::Y, 0.013) * rotation(Axis::X, -0.021);
+        for _ in 0..10_000 {
+            let motion = |p| step * (p - pivot) + pivot;
+            assert!(m.bake(camera(), turn, DVec3::ZERO, motion));
+        }
+        let (s, t) = m.base(camera()).plane_size();
+        assert!((s - 4.0).abs() < 1e-6 && (t - 3.0).abs() < 1e-6);
+        let eye = |c: Camera| (c.turned(turn, DVec3::ZERO).eye - pivot).length();
+        assert!((eye(m.base(camera())) - eye(camera())).abs() < 1e-6);
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod film;
 mod hand;
 mod picks;
 
+use std::cell::RefCell;
 use std::time::Duration;
 
 use glam::{DMat3, DVec3};
@@ -18,7 +19,7 @@ use crate::camera::{Camera, View};
 use crate::render::{Picked, Settings, ViewMode};
 use crate::scene::{Axis, CameraSetting, Operation, camera_text, operations_text};
 use crate::simd::Kernel;
-use crate::timeline::{Playback, Timing, operations_at, rotation_at, turned_on};
+use crate::timeline::{Composer, Playback, Timing, operations_at};
 
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(3);
@@ -148,6 +149,7 @@ pub struct State {
     /// The scene's operations and the recorded ones: what is played.
     film: Vec<Operation>,
     moves: Moves,
+    composer: RefCell<Composer>,
     recording: bool,
     /// What the hand orbits about, when it is not the format's pivot.
     pivot: Option<DVec3>,
@@ -181,6 +183,7 @@ impl State {
             scale_factor: 1.0,
             settings,
             moves: Moves::default(),
+            composer: RefCell::default(),
             recording: false,
             pivot: None,
             turntable: false,
@@ -361,9 +364,7 @@ impl State {
     /// The picture shown, as the head and the tail of a scene file whose still picture it is.
     #[must_use]
     pub fn scene_text(&self) -> (String, String) {
-        let frame = self.playback.frame();
-        let film = operations_at(&self.film, self.setting.timing, frame);
-        let operations: Vec<Operation> = film.chain(self.moves.on_top()).collect();
+        let operations: Vec<Operation> = self.operations().collect();
         let camera = match self.camera_setting() {
             CameraSetting::Default => Ok("<d\n".to_owned()),
             CameraSetting::Set(corners) => camera_text(&corners),
@@ -399,10 +400,14 @@ impl State {
         base.turned(self.turn(), self.setting.pivot)
     }
 
-    /// All that turns the base camera: the film up to the frame, and what is on top of it.
+    /// What turns the base camera: the film up to the frame, and what is on top of it.
+    fn operations(&self) -> impl Iterator<Item = Operation> {
+        let frame = self.playback.frame();
+        operations_at(&self.film, self.setting.timing, frame).chain(self.moves.on_top())
+    }
+
     fn turn(&self) -> DMat3 {
-        let film = rotation_at(&self.film, self.setting.timing, self.playback.frame());
-        turned_on(film, self.moves.on_top())
+        self.composer.borrow_mut().compose(self.operations())
     }
 
     fn view(&self) -> View {

@@ -3,6 +3,8 @@
 //! Nothing is rendered here. Events change the [`State`]; when the loop has run out of them, the picture that
 //! the state wants goes to the [`Painter`], and the loop sleeps until something happens or is due.
 
+mod session;
+
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,15 +20,14 @@ use winit::event_loop::{
 use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
 
 use super::action::Action;
-use super::bindings::Button;
 use super::input::Input;
 use super::overlay::Overlay;
 use super::painter::{Notice, Painter, Picture};
 use super::present::Presenter;
-use super::save::{Origin, save};
+use super::save::Origin;
 use super::script::Line;
 use super::session::{NextLine, Session, print};
-use super::state::{Command, Document, OverlayWish, State, Wish};
+use super::state::{Command, OverlayWish, State, Wish};
 use super::statistics::Statistics;
 use super::{AppError, AppOptions, backend, keys, moves, screenshot};
 use crate::render::Renderer;
@@ -244,109 +245,11 @@ impl Viewer {
         }
     }
 
+    /// Writes down what is done, if somebody wants that.
     fn note(&mut self, now: Duration, line: Line) {
         if let Some(e) = self.session.note(now, line) {
             self.tell(&format!("cannot record the session: {e}"));
         }
-    }
-
-    /// Plays the lines of the script that are due.
-    fn play_script(&mut self) {
-        while let Some(line) = self.session.next(self.real(), self.is_settled()) {
-            match line {
-                Line::Act(action) => self.act(Some(action)),
-                Line::Resize(width, height) => {
-                    if let Some(screen) = self.stage.screen() {
-                        let size = PhysicalSize::new(width, height);
-                        // Some systems answer at once, others with an event.
-                        if let Some(size) = screen.window.request_inner_size(size) {
-                            self.resized(size);
-                        }
-                    }
-                }
-                Line::Settle => print(&self.session.settle_report(&self.state)),
-                Line::Wait(_) => {}
-            }
-            self.state.advance(self.now());
-        }
-    }
-
-    /// A recorded session waits where the picture stood.
-    fn note_settled(&mut self) {
-        if self.is_settled()
-            && !self.state.is_moving()
-            && let Some(e) = self.session.settled()
-        {
-            self.tell(&format!("cannot record the session: {e}"));
-        }
-    }
-
-    /// True when the window shows what the state wants and nothing is under way.
-    fn is_settled(&self) -> bool {
-        let shown = self.picture.as_ref().map(|p| p.wish);
-        matches!(self.stage, Stage::Running(_))
-            && !self.is_new
-            && self.pending == 0
-            && shown == Some(self.state.wish())
-            && self.drawn == self.state.overlay()
-            && self.session.has_size(self.state.size_px())
-    }
-
-    fn button(&mut self, state: ElementState, button: Button) {
-        let now = self.now();
-        let place = self.input.cursor_px();
-        let bar = self.state.bar();
-        let on_bar = place.zip(bar).filter(|(place, bar)| bar.contains(*place));
-        let action = match state {
-            ElementState::Pressed if button == Button::Left && on_bar.is_some() => {
-                self.scrubbing = true;
-                on_bar.map(|((x, _), bar)| Action::Seek(bar.frame_at(x)))
-            }
-            ElementState::Pressed => {
-                self.input.button_down(button, now);
-                None
-            }
-            ElementState::Released if button == Button::Left && self.scrubbing => {
-                self.scrubbing = false;
-                None
-            }
-            ElementState::Released => self.input.button_up(button, now),
-        };
-        self.act(action);
-    }
-
-    fn cursor_moved(&mut self, x: f64, y: f64) {
-        let now = self.now();
-        let moved = self.input.cursor_moved(x, y, now);
-        self.state.advance(now);
-        self.state.pointed_at((x, y));
-        let action = match self.state.bar() {
-            Some(bar) if self.scrubbing => Some(Action::Seek(bar.frame_at(x))),
-            _ => moved,
-        };
-        self.act(action);
-    }
-
-    /// Saves the scene with the hand's moves, on a thread of its own.
-    fn save_scene(&mut self, document: Document) {
-        let (origin, proxy) = (self.origin.clone(), self.proxy.clone());
-        self.pending += 1;
-        self.saving.push(std::thread::spawn(move || {
-            let saved = save(&origin, &document);
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(document.recorded, saved));
-        }));
-    }
-
-    fn scene_saved(&mut self, recorded: moves::Recorded, saved: io::Result<PathBuf>) {
-        self.pending -= 1;
-        self.state.advance(self.now());
-        let name = saved.map(|path| {
-            let name = path.display().to_string();
-            self.origin = Origin::File(path);
-            name
-        });
-        self.state.saved(recorded, name.map_err(|e| e.to_string()));
     }
 
     fn key(&mut self, event: &KeyEvent, is_synthetic: bool) {

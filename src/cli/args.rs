@@ -54,7 +54,8 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct ViewArgs {
     /// Scene file, or - for the standard input
-    pub scene: PathBuf,
+    #[arg(required_unless_present = "list_bindings")]
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub window: WindowOptions,
 }

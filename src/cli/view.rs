@@ -10,14 +10,22 @@ use crate::app::{self, AppError, AppOptions, Origin};
 use crate::demo::{self, Demo};
 use crate::scene::Scene;
 
-/// Opens the scene file `path`.
+/// Opens the scene file `path`, or without one the first of the built-in demos.
 ///
 /// # Errors
 /// Those of the scene, and no window to be had.
-pub fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
+pub fn run(path: Option<&Path>, window: &WindowOptions) -> Outcome {
     if window.list_bindings {
         return list_bindings();
     }
+    match (path, demo::all().first()) {
+        (Some(path), _) => open_file(path, window),
+        (None, Some(demo)) => open_demo(demo, window),
+        (None, None) => Err(Failure::Failed("there are no built-in demos".to_owned())),
+    }
+}
+
+fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
     let source = Source::read(path)?;
     let scene = renderer(window.picture.machine.threads)?.install(|| source.parse())?;
     let origin = if is_stdin(path) {
@@ -38,17 +46,6 @@ pub fn open_demo(demo: &'static Demo, window: &WindowOptions) -> Outcome {
     }
     let origin = Origin::Demo(demo);
     open(demo.scene(), origin, demo.title.to_owned(), window)
-}
-
-/// Opens the first of the built-in demos.
-///
-/// # Errors
-/// No window to be had.
-pub fn open_default(window: &WindowOptions) -> Outcome {
-    match demo::all().first() {
-        Some(demo) => open_demo(demo, window),
-        None => Err(Failure::Failed("there are no built-in demos".to_owned())),
-    }
 }
 
 /// Prints the table of keys: chords, two blanks or more, words.

@@ -99,7 +99,8 @@ impl Overlay {
                 self.panel(canvas, &right, Place::TopRight);
             }
         }
-        if let Some(bar) = &wish.bar {
+        let bar = wish.bar.as_ref().filter(|_| !wish.sheet);
+        if let Some(bar) = bar {
             draw_bar(canvas, bar);
         }
         if let Some(question) = wish.question {
@@ -108,7 +109,7 @@ impl Overlay {
         if let Some(message) = &wish.message {
             let lines = [Line::new("", message)];
             // A window's height, and less.
-            let above = wish.bar.map_or(0, |b| b.bar.height_px as i32);
+            let above = bar.map_or(0, |b| b.bar.height_px as i32);
             self.panel(canvas, &lines, Place::BottomLeft(above));
         }
     }

@@ -151,9 +151,12 @@ impl State {
         self.say(style);
     }
 
-    /// Without what the hand did.
+    /// Without what the hand did. While playing, first only without what lies on top: it plays on.
     pub(super) fn return_to_scene(&mut self) {
         self.let_go_of_all();
+        if self.playback.is_playing() && self.moves.drop_on_top() {
+            return;
+        }
         if self.moves.recorded().len() > 0 {
             self.say("back to the scene: Ctrl+Z brings the recorded moves back".to_owned());
         }

@@ -187,6 +187,26 @@ fn enter_while_playing_stops_on_the_still_picture() {
 }
 
 #[test]
+fn enter_while_playing_drops_the_offset_and_keeps_the_time() {
+    let mut s = state();
+    s.apply(Action::TogglePlayback);
+    s.advance(ms(500));
+    s.apply(X);
+    s.apply(Action::Pan {
+        dx_px: 5.0,
+        dy_px: 5.0,
+    });
+    s.advance(ms(1010));
+    assert_ne!(s.wish(), frame_wish(16));
+    s.apply(Action::ReturnToScene);
+    assert_eq!(s.wish(), frame_wish(16));
+    s.advance(ms(1510));
+    assert_eq!(s.wish(), frame_wish(24));
+    s.apply(Action::ReturnToScene);
+    assert_eq!(s.wish(), frame_wish(32));
+}
+
+#[test]
 fn views_and_kernels_go_round() {
     let mut s = state();
     for _ in MODES {

@@ -189,6 +189,15 @@ pub fn pan(camera: &Camera, pivot: DVec3, plane_step: DVec3) -> DVec3 {
     plane_step * -ratio
 }
 
+/// The place in the picture, in pixels, where a point is seen; `None` when it lies beside the eye or behind it.
+#[must_use]
+pub fn place_of(view: &View, point: DVec3) -> Option<(f64, f64)> {
+    let rays = DMat3::from_cols(view.dx, view.dy, view.base);
+    let m = rays.inverse() * (point - view.eye.as_dvec3());
+    let (x, y) = (m.x / m.z + 0.5, m.y / m.z + 0.5);
+    (m.z > 0.0 && x.is_finite() && y.is_finite()).then_some((x, y))
+}
+
 /// From the eye to the middle of the plane, unit length.
 #[must_use]
 pub fn view_dir(camera: &Camera) -> DVec3 {
@@ -354,6 +363,19 @@ mod tests {
         let (x, y) = seen_at(&moved(c, shift), p);
         assert!((x - at.0).abs() < 1e-6 && (y - at.1).abs() < 1e-6);
         assert!((c.eye.z + shift.z - 5.0 * 0.95f64.powi(3)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_point_of_a_pixels_ray_is_seen_in_its_middle() {
+        let view = View::new(&camera(), 400, 300);
+        let eye = view.eye.as_dvec3();
+        for (x, y) in [(0, 0), (399, 17), (200, 299)] {
+            let ray = view.direction(x, y);
+            let (px, py) = place_of(&view, eye + ray * 1.7).expect("before the eye");
+            assert!((px - x as f64 - 0.5).abs() < 1e-9 && (py - y as f64 - 0.5).abs() < 1e-9);
+            assert_eq!(place_of(&view, eye - ray), None);
+        }
+        assert_eq!(place_of(&view, eye), None);
     }
 
     #[test]

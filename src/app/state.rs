@@ -119,6 +119,8 @@ pub struct OverlayWish {
     pub sheet: bool,
     /// What was picked, line by line.
     pub picked: Vec<(String, String)>,
+    /// Where the points that were picked are seen, in pixels.
+    pub marks: Vec<(i32, i32)>,
     /// Moves are being recorded.
     pub recording: bool,
     /// The bar of frames.
@@ -160,6 +162,8 @@ pub struct State {
     section_start: Option<u64>,
     bar_until: Option<Duration>,
     picked: Option<Picked>,
+    /// The other end of what was measured.
+    measured: Option<DVec3>,
     picked_lines: Vec<(String, String)>,
     statistics: bool,
     sheet: bool,
@@ -192,6 +196,7 @@ impl State {
             section_start: None,
             bar_until: None,
             picked: None,
+            measured: None,
             picked_lines: Vec::new(),
             statistics: false,
             sheet: false,
@@ -317,6 +322,7 @@ impl State {
             statistics: self.statistics,
             sheet: self.sheet,
             picked: self.picked_lines.clone(),
+            marks: self.marks(),
             recording: self.recording,
             bar: self.bar_wish(),
             question: self.asking.then_some(QUIT_UNSAVED),
@@ -445,8 +451,7 @@ impl State {
         if self.sheet && self.setting.overlay {
             self.sheet = false;
         } else if !self.picked_lines.is_empty() && self.setting.overlay {
-            self.picked = None;
-            self.picked_lines.clear();
+            self.drop_pick();
         } else if self.fullscreen {
             self.set_fullscreen(false);
         } else {

@@ -92,6 +92,9 @@ impl Overlay {
             if wish.statistics {
                 self.panel(canvas, statistics, Place::TopLeft);
             }
+            for &place in &wish.marks {
+                self.mark(canvas, place);
+            }
             let recording = wish.recording.then(|| Line::new(RECORDING, ""));
             let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
             let right: Vec<Line> = recording.into_iter().chain(picked).collect();
@@ -111,6 +114,23 @@ impl Overlay {
             // A window's height, and less.
             let above = bar.map_or(0, |b| b.bar.height_px as i32);
             self.panel(canvas, &lines, Place::BottomLeft(above));
+        }
+    }
+
+    /// A cross with a dark rim: seen on any colour.
+    fn mark(&self, canvas: &mut Canvas<'_>, (x, y): (i32, i32)) {
+        // A scale factor is a small positive number.
+        let arm = (5.0 * self.scale_factor).ceil() as i32;
+        for (rim, color) in [(1, 0), (0, AMBER)] {
+            for (across, along) in [(rim, arm + rim), (arm + rim, rim)] {
+                let rect = Rect {
+                    x: x.saturating_sub(across),
+                    y: y.saturating_sub(along),
+                    width: 2 * across + 1,
+                    height: 2 * along + 1,
+                };
+                canvas.fill(rect, color);
+            }
         }
     }
 
@@ -264,6 +284,7 @@ mod tests {
             statistics: true,
             sheet: true,
             picked: vec![("triangle".into(), "7".into())],
+            marks: vec![(0, 0), (i32::MIN, i32::MAX)],
             recording: true,
             bar: Some(BarWish {
                 bar: Bar::new((70, 40), 1.0, 48),

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::{Command, Probe, State};
 use crate::app::bindings::Spot;
+use crate::app::orbit;
 use crate::render::Picked;
 
 impl State {
@@ -34,6 +35,7 @@ impl State {
             Spot::Pick => {
                 self.print_pick(probe, found, None);
                 self.picked = found;
+                self.measured = None;
                 self.picked_lines = found.map(|p| lines(&p)).unwrap_or_default();
             }
             Spot::Measure => {
@@ -43,6 +45,7 @@ impl State {
                 };
                 let measured = found.map(|p| (p.point - first.point).length());
                 self.print_pick(probe, found, measured);
+                self.measured = found.map(|p| p.point);
                 match (found, measured) {
                     (Some(p), Some(measured)) => {
                         self.picked_lines = lines(&first);
@@ -52,10 +55,34 @@ impl State {
                             ("measured".to_owned(), format!("{measured:.6}")),
                         ]);
                     }
-                    _ => self.say("nothing to measure to".to_owned()),
+                    _ => {
+                        self.picked_lines = lines(&first);
+                        self.say("nothing to measure to".to_owned());
+                    }
                 }
             }
         }
+    }
+
+    pub(super) fn drop_pick(&mut self) {
+        self.picked = None;
+        self.measured = None;
+        self.picked_lines.clear();
+    }
+
+    /// Where the picked points are seen now.
+    pub(super) fn marks(&self) -> Vec<(i32, i32)> {
+        let points = self
+            .picked
+            .map(|p| p.point)
+            .into_iter()
+            .chain(self.measured);
+        let view = self.view();
+        points
+            .filter_map(|p| orbit::place_of(&view, p))
+            // Far outside stays far outside.
+            .map(|(x, y)| (x.floor() as i32, y.floor() as i32))
+            .collect()
     }
 
     fn print_pick(&mut self, probe: &Probe, found: Option<Picked>, measured: Option<f64>) {

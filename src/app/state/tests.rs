@@ -620,6 +620,29 @@ fn a_pick_is_shown_and_printed_and_a_second_one_measures() {
     assert_eq!(s.take_commands(), [], "outside of the picture");
     s.apply(Action::Back);
     assert_eq!(s.overlay().picked, []);
+    assert_eq!(s.overlay().marks, []);
+}
+
+#[test]
+fn a_mark_stays_on_the_point_that_was_picked() {
+    let mut s = state();
+    s.picked = Some(Picked {
+        id: 0,
+        corners: [glam::Vec3::ZERO; 3],
+        color: crate::color::Rgb::BLACK,
+        point: s.view().eye.as_dvec3() + s.view().direction(10, 20),
+        distance: 1.0,
+        angle_rad: 0.0,
+    });
+    assert_eq!(s.overlay().marks, [(10, 20)]);
+    s.apply(Action::Pan {
+        dx_px: 10.0,
+        dy_px: -4.0,
+    });
+    let [(x, y)] = s.overlay().marks[..] else {
+        panic!("one mark")
+    };
+    assert!(x > 10 && y < 20, "it goes with the picture: {x} {y}");
 }
 
 #[test]

@@ -40,7 +40,7 @@ const SCRIPTS: [&str; 14] = [
     "dolly-drag -33 200 90\nlet-go\nroll 25\nlet-go",
     "look corner\nlook right opposite\norbit 3 3\nlet-go",
     "turntable\norbit 50 20\nlet-go\nturntable",
-    "play\nwait 1.3\nplay",
+    "play\nwait 0.65\nplay",
     "play\nwait 0.5\norbit 5 5\nlet-go\nwait 0.1\nplay-backwards",
     "seek 20\nstep 1\nnext-operation\nprevious-operation\nstep -3",
     "pivot 160 120\norbit 30 10\nlet-go\nundo\nredo",
@@ -73,10 +73,9 @@ fn hundred_turns() -> String {
             0 => format!("orbit {dx} {dy}\norbit {dy} {dx}\nlet-go\n"),
             1 => format!("orbit {dx} {dy} {axis}\nlet-go\n"),
             2 => format!("roll {dx}\nlet-go\n"),
-            _ => format!(
-                "start-turn {axis}\nwait 0.2{:02}\nstop-turn {axis}\n",
-                dx.abs()
-            ),
+            // A few are held, the others tapped.
+            _ if i % 24 == 3 => format!("start-turn {axis}\nwait 0.3\nstop-turn {axis}\n"),
+            _ => format!("start-turn {axis} reverse\nstop-turn {axis}\n"),
         }
     };
     (0..100).map(turn).collect()

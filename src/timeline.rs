@@ -1,13 +1,39 @@
 //! Frame numbers and the camera that belongs to them.
 //!
 //! A frame depends on its number alone: turns are composed anew from the operations, never accumulated from
-//! frame to frame. There is no clock here; time enters as a value.
+//! frame to frame. There is no clock here; time enters as a value. Which frame is due when is the business of
+//! [`Playback`].
+
+mod playback;
 
 use glam::{DMat3, DVec3};
 
 use crate::camera::Camera;
 use crate::math::rotation;
 use crate::scene::Operation;
+
+pub use playback::{Order, Playback};
+
+/// How an operation gets from nothing to its angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ease {
+    /// In equal steps, as the format says.
+    #[default]
+    Linear,
+    /// Starts and stops gently: 3p² - 2p³ of the way when the share p of the time is over.
+    Smooth,
+}
+
+impl Ease {
+    /// The share of the angle after the share `part` (0 to 1) of the time.
+    #[must_use]
+    pub fn at(self, part: f64) -> f64 {
+        match self {
+            Ease::Linear => part,
+            Ease::Smooth => part * part * (3.0 - 2.0 * part),
+        }
+    }
+}
 
 /// How operations become frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +42,8 @@ pub struct Timing {
     pub fps: f64,
     /// Seconds that each operation takes.
     pub seconds_per_op: f64,
+    /// How each of them moves.
+    pub ease: Ease,
 }
 
 impl Default for Timing {
@@ -24,11 +52,19 @@ impl Default for Timing {
         Timing {
             fps: 16.0,
             seconds_per_op: 1.0,
+            ease: Ease::Linear,
         }
     }
 }
 
 impl Timing {
+    /// The report's slide show: every frame, 1/16 s each, is a whole operation.
+    pub const STEPS: Timing = Timing {
+        fps: 16.0,
+        seconds_per_op: 1.0 / 16.0,
+        ease: Ease::Linear,
+    };
+
     /// Frames that one operation takes, at least 1.
     #[must_use]
     pub fn frames_per_op(self) -> u64 {
@@ -42,20 +78,33 @@ impl Timing {
     }
 }
 
-/// The turn that brings the base camera to frame `frame`; past the last frame it stays.
-#[must_use]
-pub fn rotation_at(operations: &[Operation], timing: Timing, frame: u64) -> DMat3 {
+/// The operations that lead to frame `frame`, the one under way with the angle that it has reached; past the
+/// last frame all of them.
+pub fn operations_at(
+    operations: &[Operation],
+    timing: Timing,
+    frame: u64,
+) -> impl Iterator<Item = Operation> {
     let n = timing.frames_per_op();
     let done = usize::try_from(frame / n)
         .unwrap_or(usize::MAX)
         .min(operations.len());
-    let mut turn = rotation_after(&operations[..done]);
-    if let Some(op) = operations.get(done) {
-        // Written so that the last step of an operation has exactly its angle.
-        let part = (frame % n) as f64 / n as f64;
-        turn = rotation(op.axis, op.angle_rad * part) * turn;
-    }
-    turn
+    // Written so that the last step of an operation has exactly its angle.
+    let part = timing.ease.at((frame % n) as f64 / n as f64);
+    let under_way = operations
+        .get(done)
+        .filter(|_| part > 0.0)
+        .map(|op| Operation {
+            axis: op.axis,
+            angle_rad: op.angle_rad * part,
+        });
+    operations[..done].iter().copied().chain(under_way)
+}
+
+/// The turn that brings the base camera to frame `frame`; past the last frame it stays.
+#[must_use]
+pub fn rotation_at(operations: &[Operation], timing: Timing, frame: u64) -> DMat3 {
+    composed(operations_at(operations, timing, frame))
 }
 
 /// The camera of frame `frame`: `base` turned about `pivot`. The window and the files both ask here, so the
@@ -74,111 +123,41 @@ pub fn camera_at(
 /// All of `operations`, the first applied first.
 #[must_use]
 pub fn rotation_after(operations: &[Operation]) -> DMat3 {
-    operations.iter().fold(DMat3::IDENTITY, |turn, op| {
-        rotation(op.axis, op.angle_rad) * turn
-    })
+    composed(operations.iter().copied())
 }
 
-/// Plays, pauses and stops; told by its caller how much time went by.
-///
-/// The frame shown is `from + floor(elapsed · fps)`: a caller that is late skips frames, and never slows down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Playback {
-    fps: f64,
-    last: u64,
-    motion: Motion,
+/// `operations`, the first applied first.
+fn composed(operations: impl Iterator<Item = Operation>) -> DMat3 {
+    operations.fold(DMat3::IDENTITY, then)
 }
 
-/// What a [`Playback`] is doing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Motion {
-    /// Stands at a frame.
-    Standing { frame: u64 },
-    /// Left frame `from` that many seconds ago.
-    Playing { from: u64, elapsed_s: f64 },
+/// `turn`, and `op` after it.
+fn then(turn: DMat3, op: Operation) -> DMat3 {
+    rotation(op.axis, op.angle_rad) * turn
 }
 
-impl Playback {
-    /// Stands on the still picture, the last frame.
-    #[must_use]
-    pub fn new(timing: Timing, operations: &[Operation]) -> Playback {
-        let last = timing.last_frame(operations);
-        Playback {
-            fps: timing.fps,
-            last,
-            motion: Motion::Standing { frame: last },
+/// Composes long lists of operations again and again: what is the same at the beginning is not composed anew. The
+/// bits are those of [`rotation_after`].
+#[derive(Clone, Debug, Default)]
+pub struct Composer {
+    /// Each operation with the turn up to its end.
+    done: Vec<(Operation, DMat3)>,
+}
+
+impl Composer {
+    /// All of `operations`, the first applied first. O(operations), but dear only from the first that is new.
+    pub fn compose(&mut self, operations: impl Iterator<Item = Operation>) -> DMat3 {
+        let mut count = 0;
+        for op in operations {
+            if self.done.get(count).is_none_or(|(same, _)| *same != op) {
+                self.done.truncate(count);
+                let turn = self.done.last().map_or(DMat3::IDENTITY, |(_, turn)| *turn);
+                self.done.push((op, then(turn, op)));
+            }
+            count += 1;
         }
-    }
-
-    /// The number of the frame to show.
-    #[must_use]
-    pub fn frame(&self) -> u64 {
-        match self.motion {
-            Motion::Standing { frame } => frame,
-            // The cast rounds down, and saturates where elapsed times are absurd.
-            Motion::Playing { from, elapsed_s } => from
-                .saturating_add((elapsed_s * self.fps) as u64)
-                .min(self.last),
-        }
-    }
-
-    /// The number of the last frame.
-    #[must_use]
-    pub fn last_frame(&self) -> u64 {
-        self.last
-    }
-
-    /// True while frames follow one another.
-    #[must_use]
-    pub fn is_playing(&self) -> bool {
-        matches!(self.motion, Motion::Playing { .. })
-    }
-
-    /// Plays on from the frame shown; on the last frame, from frame 0.
-    pub fn play(&mut self) {
-        let from = match self.frame() {
-            frame if frame == self.last => 0,
-            frame => frame,
-        };
-        self.motion = Motion::Playing {
-            from,
-            elapsed_s: 0.0,
-        };
-    }
-
-    /// Stands still on the frame shown and returns its number.
-    pub fn pause(&mut self) -> u64 {
-        let frame = self.frame();
-        self.motion = Motion::Standing { frame };
-        frame
-    }
-
-    /// Stands still on the last frame, the still picture.
-    pub fn stop(&mut self) {
-        self.motion = Motion::Standing { frame: self.last };
-    }
-
-    /// Lets `dt_s` seconds go by. True when this reached the last frame, where playing ends.
-    pub fn advance(&mut self, dt_s: f64) -> bool {
-        let Motion::Playing { elapsed_s, .. } = &mut self.motion else {
-            return false;
-        };
-        *elapsed_s += dt_s;
-        let ended = self.frame() == self.last;
-        if ended {
-            self.stop();
-        }
-        ended
-    }
-
-    /// Seconds until the next frame is due; `None` when it stands.
-    #[must_use]
-    pub fn next_frame_in_s(&self) -> Option<f64> {
-        let Motion::Playing { from, elapsed_s } = self.motion else {
-            return None;
-        };
-        let due_s = (self.frame() - from + 1) as f64 / self.fps;
-        Some((due_s - elapsed_s).max(0.0))
+        self.done.truncate(count);
+        self.done.last().map_or(DMat3::IDENTITY, |(_, turn)| *turn)
     }
 }
 
@@ -195,13 +174,46 @@ mod tests {
 
     #[test]
     fn each_operation_ends_exactly_on_its_angle() {
-        let t = Timing::default();
-        for done in 0..=3 {
-            assert_eq!(
-                rotation_at(&ops(), t, 16 * done as u64),
-                rotation_after(&ops()[..done])
-            );
+        for ease in [Ease::Linear, Ease::Smooth] {
+            let t = Timing {
+                ease,
+                ..Timing::default()
+            };
+            for done in 0..=3 {
+                assert_eq!(
+                    rotation_at(&ops(), t, 16 * done as u64),
+                    rotation_after(&ops()[..done])
+                );
+            }
         }
+    }
+
+    #[test]
+    fn a_composer_gives_the_bits_of_composing_anew() {
+        let mut composer = Composer::default();
+        let mut list = Vec::new();
+        for i in 0..60 {
+            match i % 5 {
+                4 => list.truncate(i / 3),
+                k => list.extend(&ops()[..k.min(3)]),
+            }
+            let all = list.iter().copied();
+            assert_eq!(composer.compose(all), rotation_after(&list));
+        }
+    }
+
+    #[test]
+    fn smooth_frames_begin_and_end_slowly_and_never_turn_back() {
+        let at = |k: u64| Ease::Smooth.at(k as f64 / 16.0);
+        assert!((1..=16).all(|k| at(k) > at(k - 1)));
+        assert!(at(1) < 1.0 / 32.0 && at(15) > 31.0 / 32.0);
+        assert_eq!((at(0), at(8), at(16)), (0.0, 0.5, 1.0));
+    }
+
+    #[test]
+    fn steps_show_one_operation_a_frame() {
+        assert_eq!(Timing::STEPS.frames_per_op(), 1);
+        assert_eq!(Timing::STEPS.last_frame(&ops()), 3);
     }
 
     #[test]
@@ -218,59 +230,9 @@ mod tests {
         let t = Timing {
             fps: 1.0,
             seconds_per_op: 0.1,
+            ease: Ease::Linear,
         };
         assert_eq!(t.frames_per_op(), 1);
-    }
-
-    #[test]
-    fn playback_opens_on_the_still_picture_and_plays_from_the_start() {
-        let mut p = Playback::new(Timing::default(), &ops());
-        assert_eq!((p.frame(), p.is_playing()), (48, false));
-        p.play();
-        assert_eq!((p.frame(), p.is_playing()), (0, true));
-        assert_eq!(p.next_frame_in_s(), Some(1.0 / 16.0));
-    }
-
-    #[test]
-    fn the_frame_follows_the_clock_and_not_the_calls() {
-        let mut one = Playback::new(Timing::default(), &ops());
-        one.play();
-        let mut many = one;
-        assert!(!one.advance(1.55));
-        for _ in 0..155 {
-            assert!(!many.advance(0.01));
-        }
-        assert_eq!(one.frame(), 24);
-        assert_eq!(many.frame(), 24);
-    }
-
-    #[test]
-    fn playing_on_after_a_pause_starts_at_the_paused_frame() {
-        let mut p = Playback::new(Timing::default(), &ops());
-        p.play();
-        p.advance(1.0);
-        assert_eq!(p.pause(), 16);
-        assert!(!p.advance(100.0));
-        assert_eq!(p.frame(), 16);
-        p.play();
-        assert_eq!(p.frame(), 16);
-    }
-
-    #[test]
-    fn playback_ends_once_and_stands_on_the_still_picture() {
-        let mut p = Playback::new(Timing::default(), &ops());
-        p.play();
-        assert!(p.advance(1e300));
-        assert!(!p.advance(1.0));
-        assert_eq!((p.frame(), p.next_frame_in_s()), (48, None));
-    }
-
-    #[test]
-    fn nothing_to_play_ends_at_once() {
-        let mut p = Playback::new(Timing::default(), &[]);
-        p.play();
-        assert!(p.advance(0.0));
-        assert_eq!(p.frame(), 0);
     }
 
     #[test]

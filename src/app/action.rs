@@ -1,17 +1,16 @@
-//! What a user can do, and the one table that says by which key or gesture.
-//!
-//! Input looks chords up in [`BINDINGS`], and the key sheet prints the same table: they cannot disagree.
+//! What a user can do, and how it is written down in a file of actions.
 
 use std::fmt;
+use std::str::FromStr;
 
 use crate::scene::Axis;
 
-/// Something that changes the viewer's state. Distances are in physical pixels, right and down.
+/// Something that changes the viewer's state. Distances and places are in physical pixels, right and down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
     /// Begin turning about a world axis, and go on until told to stop.
     StartTurn {
-        /// Through the pivot.
+        /// Through the format's pivot.
         axis: Axis,
         /// The other way than the right-handed one.
         reverse: bool,
@@ -26,6 +25,13 @@ pub enum Action {
         dx_px: f64,
         /// Down.
         dy_px: f64,
+        /// About this world axis alone.
+        only: Option<Axis>,
+    },
+    /// The hand went that far to the right while it rolls the picture.
+    Roll {
+        /// To the right.
+        dx_px: f64,
     },
     /// The hand went that far while it holds the point under the cursor.
     Pan {
@@ -38,14 +44,72 @@ pub enum Action {
     DollyDrag {
         /// Down.
         dy_px: f64,
+        /// Towards this place; `None`: the middle.
+        at: Option<(f64, f64)>,
     },
     /// Nearer by so many notches of the wheel.
     Dolly {
         /// Negative: away.
         notches: f64,
+        /// Towards this place; `None`: the middle.
+        at: Option<(f64, f64)>,
     },
-    /// Play the operations, or pause.
+    /// The hand lets go of the picture: what it did is one step of undo.
+    LetGo,
+    /// Look from a side.
+    Look {
+        /// Which.
+        from: Side,
+        /// From the other one.
+        opposite: bool,
+    },
+    /// Orbit like a ball, or like a plate on a spindle.
+    ToggleTurntable,
+    /// Tell what is seen there.
+    Pick((f64, f64)),
+    /// Tell how far what is seen there is from what was picked.
+    Measure((f64, f64)),
+    /// Orbit about what is seen there.
+    SetPivot((f64, f64)),
+    /// Play the film, or pause.
     TogglePlayback,
+    /// Play it backwards, or pause.
+    TogglePlaybackBackwards,
+    /// So many frames on, and stand there.
+    StepFrames(i64),
+    /// To the next beginning of an operation, or the one before.
+    StepOperation {
+        /// Towards the first frame.
+        back: bool,
+    },
+    /// To the first frame.
+    GoToStart,
+    /// To the last frame.
+    GoToEnd,
+    /// To that frame.
+    Seek(u64),
+    /// Play so many times as fast.
+    ScaleSpeed(f64),
+    /// Play as fast as told.
+    NormalSpeed,
+    /// Set the first end of a loop, then the second, then drop both.
+    MarkSection,
+    /// Once, loop, ping-pong, cyclic.
+    NextOrder,
+    /// Keep the moves to come as operations of the film, or no longer.
+    ToggleRecording,
+    /// Take back the last move.
+    Undo,
+    /// Do it again.
+    Redo,
+    /// Write the scene's file.
+    Save,
+    /// Write the scene under a new name.
+    SaveAs,
+    /// Print the camera as the text of a scene.
+    PrintCamera,
+    /// No, to a question.
+    Decline,
     /// Back to the still picture, without what the hand did.
     ReturnToScene,
     /// The next kind of picture.
@@ -60,317 +124,278 @@ pub enum Action {
     Screenshot,
     /// Enter or leave fullscreen.
     ToggleFullscreen,
-    /// Close the sheet, else leave fullscreen, else quit.
+    /// Close what is open, else leave fullscreen, else quit.
     Back,
     /// End the program.
     Quit,
 }
 
-/// A key by what it types, not by where it sits. Letters are lower case; Shift is told apart.
+/// Where to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Key {
-    /// A letter, digit or sign.
-    Char(char),
-    /// The space bar.
-    Space,
-    /// Enter, of the keypad too.
-    Enter,
-    /// Esc.
-    Escape,
-}
-
-/// A button of the mouse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Button {
-    /// The first.
-    Left,
-    /// The wheel pressed.
-    Middle,
-    /// The second.
+pub enum Side {
+    /// Along +y.
+    Front,
+    /// Along -x.
     Right,
+    /// Along -z.
+    Top,
+    /// From the front, the right and above at once.
+    Corner,
 }
 
-/// Which modifiers are down. Chords with others (Alt, Super) belong to the desktop.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Modifiers {
-    /// Shift.
-    pub shift: bool,
-    /// Ctrl.
-    pub ctrl: bool,
-    /// Any that no binding uses.
-    pub foreign: bool,
-}
-
-impl Modifiers {
-    const NONE: Modifiers = Modifiers {
-        shift: false,
-        ctrl: false,
-        foreign: false,
-    };
-    const SHIFT: Modifiers = Modifiers {
-        shift: true,
-        ..Modifiers::NONE
-    };
-}
-
-/// What a binding waits for, apart from the modifiers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Trigger {
-    /// A key goes down.
-    Key(Key),
-    /// The mouse moves while this button is down.
-    Drag(Button),
-    /// The wheel turns.
-    Wheel,
-}
-
-/// A trigger with its modifiers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Chord {
-    /// The key or gesture.
-    pub trigger: Trigger,
-    /// Exactly these are down.
-    pub modifiers: Modifiers,
-}
-
-impl Chord {
-    /// The chord of a key press. Shift counts with letters and named keys; a sign such as `?` has used it up.
-    #[must_use]
-    pub fn of_key(key: Key, modifiers: Modifiers) -> Chord {
-        let sign = matches!(key, Key::Char(c) if !c.is_alphabetic());
-        Chord {
-            trigger: Trigger::Key(key),
-            modifiers: Modifiers {
-                shift: modifiers.shift && !sign,
-                ..modifiers
-            },
-        }
-    }
-}
-
-impl fmt::Display for Chord {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.modifiers.ctrl {
-            f.write_str("Ctrl+")?;
-        }
-        if self.modifiers.shift {
-            f.write_str("Shift+")?;
-        }
-        match self.trigger {
-            Trigger::Key(Key::Char(c)) => write!(f, "{c}"),
-            Trigger::Key(Key::Space) => f.write_str("Space"),
-            Trigger::Key(Key::Enter) => f.write_str("Enter"),
-            Trigger::Key(Key::Escape) => f.write_str("Esc"),
-            Trigger::Drag(Button::Left) => f.write_str("left-drag"),
-            Trigger::Drag(Button::Middle) => f.write_str("middle-drag"),
-            Trigger::Drag(Button::Right) => f.write_str("right-drag"),
-            Trigger::Wheel => f.write_str("wheel"),
-        }
-    }
-}
-
-/// What a drag of the mouse does to the camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grip {
-    /// Turn about the pivot.
-    Orbit,
-    /// Shift in the picture plane.
-    Pan,
-    /// Nearer and away.
-    Dolly,
-}
-
-/// What a chord does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Effect {
-    /// One action as the key goes down.
-    Press(Action),
-    /// Turning while the key is down.
-    Hold {
-        /// About this axis.
-        axis: Axis,
-        /// The other way.
-        reverse: bool,
-    },
-    /// Moves of the mouse, or turns of the wheel, become this.
-    Grip(Grip),
-}
-
-/// A line of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Binding {
-    /// By what.
-    pub chord: Chord,
-    /// Does what.
-    pub effect: Effect,
-    /// In words, for the key sheet. Neighbours with the same words share a line there.
-    pub says: &'static str,
-}
-
-const fn key(key: Key, action: Action, says: &'static str) -> Binding {
-    Binding {
-        chord: Chord {
-            trigger: Trigger::Key(key),
-            modifiers: Modifiers::NONE,
-        },
-        effect: Effect::Press(action),
-        says,
-    }
-}
-
-const fn turn(c: char, axis: Axis, reverse: bool) -> Binding {
-    Binding {
-        chord: Chord {
-            trigger: Trigger::Key(Key::Char(c)),
-            modifiers: if reverse {
-                Modifiers::SHIFT
-            } else {
-                Modifiers::NONE
-            },
-        },
-        effect: Effect::Hold { axis, reverse },
-        says: if reverse {
-            "the same, the other way"
-        } else {
-            "turn the camera about that world axis (tap or hold)"
-        },
-    }
-}
-
-const fn grip(trigger: Trigger, modifiers: Modifiers, grip: Grip) -> Binding {
-    Binding {
-        chord: Chord { trigger, modifiers },
-        effect: Effect::Grip(grip),
-        says: match grip {
-            Grip::Orbit => "orbit about the pivot",
-            Grip::Pan => "pan: shift the picture",
-            Grip::Dolly => "dolly: nearer or away",
-        },
-    }
-}
-
-/// Every key and gesture of the viewer.
-pub const BINDINGS: &[Binding] = &[
-    turn('x', Axis::X, false),
-    turn('y', Axis::Y, false),
-    turn('z', Axis::Z, false),
-    turn('x', Axis::X, true),
-    turn('y', Axis::Y, true),
-    turn('z', Axis::Z, true),
-    grip(Trigger::Drag(Button::Left), Modifiers::NONE, Grip::Orbit),
-    grip(Trigger::Wheel, Modifiers::NONE, Grip::Dolly),
-    grip(Trigger::Drag(Button::Right), Modifiers::NONE, Grip::Dolly),
-    grip(Trigger::Drag(Button::Middle), Modifiers::NONE, Grip::Pan),
-    grip(Trigger::Drag(Button::Left), Modifiers::SHIFT, Grip::Pan),
-    key(
-        Key::Space,
-        Action::TogglePlayback,
-        "play or pause the scene's operations",
-    ),
-    key(
-        Key::Enter,
-        Action::ReturnToScene,
-        "return to the scene's camera",
-    ),
-    key(
-        Key::Char('v'),
-        Action::NextView,
-        "next view: shaded, id, normal, depth, cost",
-    ),
-    key(
-        Key::Char('k'),
-        Action::NextKernel,
-        "next kernel that this CPU has",
-    ),
-    key(
-        Key::Char('i'),
-        Action::ToggleStatistics,
-        "statistics on or off",
-    ),
-    key(
-        Key::Char('s'),
-        Action::Screenshot,
-        "save the picture as a PNG file",
-    ),
-    key(
-        Key::Char('f'),
-        Action::ToggleFullscreen,
-        "fullscreen on or off",
-    ),
-    key(Key::Char('h'), Action::ToggleSheet, "this sheet on or off"),
-    key(Key::Char('?'), Action::ToggleSheet, "this sheet on or off"),
-    key(
-        Key::Escape,
-        Action::Back,
-        "close the sheet, leave fullscreen, quit",
-    ),
-    key(Key::Char('q'), Action::Quit, "quit"),
+/// The actions that one word says.
+const WORDS: &[(&str, Action)] = &[
+    ("stop-turns", Action::StopTurns),
+    ("let-go", Action::LetGo),
+    ("turntable", Action::ToggleTurntable),
+    ("play", Action::TogglePlayback),
+    ("play-backwards", Action::TogglePlaybackBackwards),
+    ("next-operation", Action::StepOperation { back: false }),
+    ("previous-operation", Action::StepOperation { back: true }),
+    ("start", Action::GoToStart),
+    ("end", Action::GoToEnd),
+    ("normal-speed", Action::NormalSpeed),
+    ("mark-section", Action::MarkSection),
+    ("next-order", Action::NextOrder),
+    ("record", Action::ToggleRecording),
+    ("undo", Action::Undo),
+    ("redo", Action::Redo),
+    ("save", Action::Save),
+    ("save-as", Action::SaveAs),
+    ("print-camera", Action::PrintCamera),
+    ("decline", Action::Decline),
+    ("return", Action::ReturnToScene),
+    ("next-view", Action::NextView),
+    ("next-kernel", Action::NextKernel),
+    ("statistics", Action::ToggleStatistics),
+    ("sheet", Action::ToggleSheet),
+    ("screenshot", Action::Screenshot),
+    ("fullscreen", Action::ToggleFullscreen),
+    ("back", Action::Back),
+    ("quit", Action::Quit),
 ];
 
-/// What a chord is bound to.
-#[must_use]
-pub fn bound_to(chord: Chord) -> Option<Effect> {
-    BINDINGS.iter().find(|b| b.chord == chord).map(|b| b.effect)
+const AXES: [(&str, Axis); 3] = [("x", Axis::X), ("y", Axis::Y), ("z", Axis::Z)];
+
+const SIDES: [(&str, Side); 4] = [
+    ("front", Side::Front),
+    ("right", Side::Right),
+    ("top", Side::Top),
+    ("corner", Side::Corner),
+];
+
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    let found = names.iter().find(|(_, v)| *v == value);
+    found.map_or("", |(name, _)| *name)
 }
 
-/// The table as lines of (chords, words).
-#[must_use]
-pub fn sheet() -> Vec<(String, &'static str)> {
-    let mut lines: Vec<(String, &'static str)> = Vec::new();
-    for binding in BINDINGS {
-        match lines.last_mut() {
-            Some((chords, says)) if *says == binding.says => {
-                *chords += &format!("  {}", binding.chord);
+/// The line that [`Action::from_str`] reads.
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let place = |at: Option<(f64, f64)>| match at {
+            Some((x, y)) => format!(" {x} {y}"),
+            None => String::new(),
+        };
+        let word = |on: bool, word: &'static str| if on { word } else { "" };
+        match *self {
+            Action::StartTurn { axis, reverse } => {
+                let axis = name_of(&AXES, axis);
+                write!(f, "start-turn {axis}{}", word(reverse, " reverse"))
             }
-            _ => lines.push((binding.chord.to_string(), binding.says)),
+            Action::StopTurn(axis) => write!(f, "stop-turn {}", name_of(&AXES, axis)),
+            Action::Orbit { dx_px, dy_px, only } => {
+                write!(f, "orbit {dx_px} {dy_px}")?;
+                only.map_or(Ok(()), |axis| write!(f, " {}", name_of(&AXES, axis)))
+            }
+            Action::Roll { dx_px } => write!(f, "roll {dx_px}"),
+            Action::Pan { dx_px, dy_px } => write!(f, "pan {dx_px} {dy_px}"),
+            Action::DollyDrag { dy_px, at } => write!(f, "dolly-drag {dy_px}{}", place(at)),
+            Action::Dolly { notches, at } => write!(f, "dolly {notches}{}", place(at)),
+            Action::Look { from, opposite } => {
+                let side = name_of(&SIDES, from);
+                write!(f, "look {side}{}", word(opposite, " opposite"))
+            }
+            Action::Pick((x, y)) => write!(f, "pick {x} {y}"),
+            Action::Measure((x, y)) => write!(f, "measure {x} {y}"),
+            Action::SetPivot((x, y)) => write!(f, "pivot {x} {y}"),
+            Action::StepFrames(frames) => write!(f, "step {frames}"),
+            Action::Seek(frame) => write!(f, "seek {frame}"),
+            Action::ScaleSpeed(factor) => write!(f, "speed {factor}"),
+            plain => f.write_str(name_of(WORDS, plain)),
         }
     }
-    lines
+}
+
+/// What is left of a line.
+struct Words<'t>(std::str::SplitAsciiWhitespace<'t>);
+
+impl<'t> Words<'t> {
+    fn word(&mut self, what: &str) -> Result<&'t str, String> {
+        self.0.next().ok_or_else(|| format!("needs {what}"))
+    }
+
+    fn value<T: FromStr>(&mut self, what: &str) -> Result<T, String> {
+        let word = self.word(what)?;
+        word.parse()
+            .map_err(|_| format!("needs {what}, has {word:?}"))
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64, String> {
+        let number: f64 = self.value(what)?;
+        // Moves of any hand fit; sums of them stay finite.
+        if number.abs() <= 1e6 {
+            Ok(number)
+        } else {
+            Err(format!("{what} must lie between -1e6 and 1e6"))
+        }
+    }
+
+    fn one_of<T: Copy>(&mut self, names: &[(&str, T)]) -> Result<T, String> {
+        let list: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        let what = format!("one of {}", list.join(", "));
+        let word = self.word(&what)?;
+        let found = names.iter().find(|(name, _)| *name == word);
+        found
+            .map(|(_, value)| *value)
+            .ok_or_else(|| format!("needs {what}, has {word:?}"))
+    }
+
+    fn place(&mut self) -> Result<(f64, f64), String> {
+        Ok((self.number("a place")?, self.number("a place")?))
+    }
+
+    fn is_empty(&self) -> bool {
+        self.0.clone().next().is_none()
+    }
+
+    fn place_if_any(&mut self) -> Result<Option<(f64, f64)>, String> {
+        (!self.is_empty()).then(|| self.place()).transpose()
+    }
+
+    fn flag(&mut self, flag: &str) -> Result<bool, String> {
+        if self.is_empty() {
+            return Ok(false);
+        }
+        self.one_of(&[(flag, true)])
+    }
+}
+
+impl FromStr for Action {
+    type Err = String;
+
+    fn from_str(line: &str) -> Result<Action, String> {
+        let mut words = Words(line.split_ascii_whitespace());
+        let name = words.word("an action")?;
+        let action = action(name, &mut words).map_err(|e| format!("{name}: {e}"))?;
+        match words.0.next() {
+            None => Ok(action),
+            Some(more) => Err(format!("{name}: ends before {more:?}")),
+        }
+    }
+}
+
+fn action(name: &str, words: &mut Words<'_>) -> Result<Action, String> {
+    if let Some((_, action)) = WORDS.iter().find(|(word, _)| *word == name) {
+        return Ok(*action);
+    }
+    let w = words;
+    Ok(match name {
+        "start-turn" => Action::StartTurn {
+            axis: w.one_of(&AXES)?,
+            reverse: w.flag("reverse")?,
+        },
+        "stop-turn" => Action::StopTurn(w.one_of(&AXES)?),
+        "orbit" => Action::Orbit {
+            dx_px: w.number("pixels")?,
+            dy_px: w.number("pixels")?,
+            only: (!w.is_empty()).then(|| w.one_of(&AXES)).transpose()?,
+        },
+        "roll" => Action::Roll {
+            dx_px: w.number("pixels")?,
+        },
+        "pan" => Action::Pan {
+            dx_px: w.number("pixels")?,
+            dy_px: w.number("pixels")?,
+        },
+        "dolly-drag" => Action::DollyDrag {
+            dy_px: w.number("pixels")?,
+            at: w.place_if_any()?,
+        },
+        "dolly" => Action::Dolly {
+            notches: w.number("notches")?,
+            at: w.place_if_any()?,
+        },
+        "look" => Action::Look {
+            from: w.one_of(&SIDES)?,
+            opposite: w.flag("opposite")?,
+        },
+        "pick" => Action::Pick(w.place()?),
+        "measure" => Action::Measure(w.place()?),
+        "pivot" => Action::SetPivot(w.place()?),
+        "step" => Action::StepFrames(w.value("a number of frames")?),
+        "seek" => Action::Seek(w.value("the number of a frame")?),
+        "speed" => match w.number("a factor")? {
+            factor if factor > 0.0 => Action::ScaleSpeed(factor),
+            _ => return Err("the factor must be above 0".to_owned()),
+        },
+        _ => return Err("is no action".to_owned()),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashSet;
 
     #[test]
-    fn no_two_actions_share_a_chord() {
-        let mut seen = HashSet::new();
-        for b in BINDINGS {
-            assert!(seen.insert(b.chord), "{} is bound twice", b.chord);
-        }
-    }
-
-    #[test]
-    fn every_bound_key_can_be_typed() {
-        for b in BINDINGS {
-            if let Trigger::Key(key) = b.chord.trigger {
-                assert_eq!(Chord::of_key(key, b.chord.modifiers), b.chord);
-                if let Key::Char(c) = key {
-                    assert_eq!(c.to_lowercase().to_string(), c.to_string());
-                }
+    fn every_action_reads_back_as_it_was_written() {
+        let (axis, at) = (Axis::Y, Some((0.1, -1e-9)));
+        let (dx_px, dy_px) = (1.0 / 3.0, -2.5);
+        let mut actions: Vec<Action> = WORDS.iter().map(|(_, action)| *action).collect();
+        for reverse in [false, true] {
+            actions.push(Action::StartTurn { axis, reverse });
+            for (_, from) in SIDES {
+                let opposite = reverse;
+                actions.push(Action::Look { from, opposite });
             }
         }
+        for only in [None, Some(Axis::Z)] {
+            actions.push(Action::Orbit { dx_px, dy_px, only });
+        }
+        for at in [None, at] {
+            actions.push(Action::DollyDrag { dy_px, at });
+            actions.push(Action::Dolly { notches: 2.0, at });
+        }
+        actions.extend([
+            Action::StopTurn(axis),
+            Action::Roll { dx_px },
+            Action::Pan { dx_px, dy_px },
+            Action::Pick((3.5, 4.0)),
+            Action::Measure((3.5, 4.0)),
+            Action::SetPivot((3.5, 4.0)),
+            Action::StepFrames(-1),
+            Action::Seek(u64::MAX),
+            Action::ScaleSpeed(1.1),
+        ]);
+        for action in actions {
+            let line = action.to_string();
+            assert_eq!(line.parse(), Ok(action), "{line}");
+        }
     }
 
     #[test]
-    fn a_sign_has_used_up_shift_and_a_letter_has_not() {
-        let of = |c| Chord::of_key(Key::Char(c), Modifiers::SHIFT);
-        assert_eq!(bound_to(of('?')), Some(Effect::Press(Action::ToggleSheet)));
-        let reverse = Effect::Hold {
-            axis: Axis::Y,
-            reverse: true,
-        };
-        assert_eq!(bound_to(of('y')), Some(reverse));
-        assert_eq!(bound_to(of('q')), None);
-    }
-
-    #[test]
-    fn the_sheet_tells_every_chord_once() {
-        let text: String = sheet().iter().map(|(c, _)| format!(" {c} ")).collect();
-        for b in BINDINGS {
-            let chord = format!(" {} ", b.chord);
-            assert_eq!(text.matches(&chord).count(), 1, "{chord} in {text}");
+    fn mistakes_are_told_and_never_panic() {
+        for (line, why) in [
+            ("", "needs an action"),
+            ("dance", "dance: is no action"),
+            ("orbit 1", "orbit: needs pixels"),
+            ("orbit 1 two", "orbit: needs pixels, has \"two\""),
+            ("orbit 1 2 w", "orbit: needs one of x, y, z, has \"w\""),
+            ("orbit nan 2", "orbit: pixels must lie between -1e6 and 1e6"),
+            ("undo twice", "undo: ends before \"twice\""),
+            ("speed 0", "speed: the factor must be above 0"),
+            ("step 1.5", "step: needs a number of frames, has \"1.5\""),
+        ] {
+            assert_eq!(line.parse::<Action>(), Err(why.to_owned()));
         }
     }
 }

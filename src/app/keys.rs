@@ -5,7 +5,7 @@ use winit::keyboard::{
     Key as WinitKey, KeyCode, ModifiersState, NamedKey, NativeKeyCode, PhysicalKey,
 };
 
-use super::action::{Button, Key, Modifiers};
+use super::bindings::{Button, Key, Modifiers};
 use super::input::KeyId;
 
 /// Pixels of a touchpad, at scale factor 1, that are worth a notch of a wheel.
@@ -18,6 +18,11 @@ pub fn key_of(event: &KeyEvent) -> Option<Key> {
         WinitKey::Named(NamedKey::Space) | WinitKey::Character(" ") => Some(Key::Space),
         WinitKey::Named(NamedKey::Enter) => Some(Key::Enter),
         WinitKey::Named(NamedKey::Escape) => Some(Key::Escape),
+        WinitKey::Named(NamedKey::ArrowLeft) => Some(Key::Left),
+        WinitKey::Named(NamedKey::ArrowRight) => Some(Key::Right),
+        WinitKey::Named(NamedKey::Home) => Some(Key::Home),
+        WinitKey::Named(NamedKey::End) => Some(Key::End),
+        WinitKey::Named(NamedKey::Backspace) => Some(Key::Backspace),
         WinitKey::Character(text) => {
             let c = text.chars().next()?.to_lowercase().next()?;
             let c = if c.is_ascii() {

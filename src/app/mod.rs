@@ -3,24 +3,32 @@
 //! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, the [`painter`]
 //! thread renders it, the [`window`] shows it whole. Everything but the window itself is plain data that tests
 //! reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
-//! number: the window's pixels are the file's, to the bit.
+//! number: the window's pixels are the file's, to the bit. What the hand does to the camera is kept as it would
+//! be saved ([`moves`]), so that stays true of scenes saved from the window.
 
 mod action;
 mod backend;
+mod bindings;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
 mod input;
 mod keys;
+mod moves;
 mod orbit;
 mod overlay;
 mod painter;
 mod present;
+mod save;
 mod screenshot;
+mod script;
+mod scrub;
+mod session;
 mod state;
 mod statistics;
 mod window;
 
 use std::fmt;
+use std::path::PathBuf;
 
 use crate::camera::{Camera, Pivot};
 use crate::geometry::Aabb;
@@ -34,6 +42,8 @@ use crate::timeline::Timing;
 pub struct AppOptions {
     /// The scene; the window has it to itself.
     pub scene: Scene,
+    /// Where its text is.
+    pub origin: Origin,
     /// What the window's title calls it.
     pub name: String,
     /// The picture's size in physical pixels; `None`: the projection plane's shape.
@@ -52,6 +62,12 @@ pub struct AppOptions {
     pub play: bool,
     /// Something may be drawn over the picture when it is asked for.
     pub overlay: bool,
+    /// Print each pick, one JSON object a line.
+    pub print_picks: bool,
+    /// A file of actions to play; `-` is the standard input.
+    pub play_actions: Option<PathBuf>,
+    /// A file that takes the actions of the session.
+    pub record_actions: Option<PathBuf>,
 }
 
 impl AppOptions {
@@ -60,12 +76,14 @@ impl AppOptions {
         let bounds = Aabb::of_triangles(&self.scene.triangles);
         let base = Camera::of_scene(&self.scene, bounds);
         let setting = state::Setting {
+            camera: self.scene.camera,
             base,
             operations: self.scene.operations.clone(),
             timing: self.timing,
             pivot: self.pivot.point(bounds),
             stretch: self.stretch,
             overlay: self.overlay,
+            print_picks: self.print_picks,
             kernels: Kernel::available(),
         };
         let size = self.size.unwrap_or_else(|| base.default_size());
@@ -106,4 +124,6 @@ impl fmt::Display for AppError {
 
 impl std::error::Error for AppError {}
 
+pub use bindings::sheet;
+pub use save::Origin;
 pub use window::run;

@@ -8,9 +8,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use super::state::Wish;
+use super::state::{Probe, Wish};
 use crate::frame::Frame;
-use crate::render::{Progress, RenderStats, Renderer};
+use crate::render::{Picked, Progress, RenderStats, Renderer};
 use crate::scene::Scene;
 use crate::world::World;
 
@@ -30,6 +30,8 @@ pub struct Picture {
 pub enum Notice {
     /// A picture is done.
     Picture(Box<Picture>),
+    /// What a pixel shows.
+    Probed(Box<(Probe, Option<Picked>)>),
     /// A picture failed; the next one may do.
     Failed(String),
     /// There will be no pictures.
@@ -53,8 +55,15 @@ struct Shared {
 #[derive(Debug, Default)]
 struct Desk {
     wish: Option<Wish>,
+    probes: Vec<Probe>,
     spare: Vec<Frame>,
     closed: bool,
+}
+
+/// What the thread does next.
+enum Job {
+    Paint(Wish, Frame),
+    Probe(Probe),
 }
 
 impl Shared {
@@ -63,19 +72,24 @@ impl Shared {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for a wish; `None` when the window is gone.
-    fn next_wish(&self) -> Option<(Wish, Frame)> {
+    /// Waits for something to do; `None` when the window is gone.
+    fn next_job(&self) -> Option<Job> {
         let desk = self.desk();
         let mut desk = self
             .bell
-            .wait_while(desk, |d| d.wish.is_none() && !d.closed)
+            .wait_while(desk, |d| {
+                d.wish.is_none() && d.probes.is_empty() && !d.closed
+            })
             .unwrap_or_else(PoisonError::into_inner);
         if desk.closed {
             return None;
         }
+        if let Some(probe) = desk.probes.pop() {
+            return Some(Job::Probe(probe));
+        }
         let wish = desk.wish.take()?;
         let frame = desk.spare.pop().unwrap_or_default();
-        Some((wish, frame))
+        Some(Job::Paint(wish, frame))
     }
 }
 
@@ -105,6 +119,12 @@ impl Painter {
         self.shared.bell.notify_one();
     }
 
+    /// Asks what a pixel shows.
+    pub fn probe(&self, probe: Probe) {
+        self.shared.desk().probes.push(probe);
+        self.shared.bell.notify_one();
+    }
+
     /// Gives back a frame that is no longer shown.
     pub fn give_back(&self, frame: Frame) {
         self.shared.desk().spare.push(frame);
@@ -129,7 +149,23 @@ fn paint(scene: Scene, renderer: &Renderer, shared: &Shared, notify: &impl Fn(No
         Ok(world) => world,
         Err(panic) => return notify(Notice::Broken(message_of(&*panic))),
     };
-    while let Some((wish, mut frame)) = shared.next_wish() {
+    while let Some(job) = shared.next_job() {
+        let (wish, mut frame) = match job {
+            Job::Paint(wish, frame) => (wish, frame),
+            Job::Probe(probe) => {
+                let Wish { view, settings } = probe.wish;
+                let (engine, kernel) = (settings.engine, settings.kernel);
+                let found = catch_unwind(AssertUnwindSafe(|| {
+                    renderer.pick(&world, &view, engine, kernel, probe.pixel)
+                }));
+                let found = found.unwrap_or_else(|panic| {
+                    notify(Notice::Failed(message_of(&*panic)));
+                    None
+                });
+                notify(Notice::Probed(Box::new((probe, found))));
+                continue;
+            }
+        };
         let result = catch_unwind(AssertUnwindSafe(|| {
             renderer.picture(
                 &world,

@@ -1,25 +1,26 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
+//!
+//! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place.
 
+mod film;
+mod hand;
+mod picks;
+
+use std::cell::RefCell;
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::action::Action;
-use super::orbit::{self, Pose};
+use super::bindings::Spot;
+use super::moves::{Moves, Recorded};
+use super::scrub::BarWish;
 use crate::camera::{Camera, View};
-use crate::render::{Settings, ViewMode};
-use crate::scene::{Axis, Operation};
+use crate::render::{Picked, Settings, ViewMode};
+use crate::scene::{Axis, CameraSetting, Operation, camera_text, operations_text};
 use crate::simd::Kernel;
-use crate::timeline::{Playback, Timing, camera_at};
+use crate::timeline::{Composer, Playback, Timing, operations_at};
 
-/// The turn of a tapped axis key, at once.
-const TAP_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A key held longer than this turns on; a tap is shorter.
-const TAP: Duration = Duration::from_millis(250);
-/// How fast a held key turns: a quarter in a second and a half.
-const HELD_RAD_PER_S: f64 = std::f64::consts::FRAC_PI_3;
-/// Notches of the wheel that a drag over the whole window is worth.
-const DOLLY_NOTCHES_PER_HEIGHT: f64 = 40.0;
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(3);
 
@@ -31,21 +32,28 @@ const MODES: [ViewMode; 5] = [
     ViewMode::Cost,
 ];
 
+/// Asked before recorded moves are thrown away.
+const QUIT_UNSAVED: &str = "recorded moves are not saved: q or y quits, n stays (Ctrl+S saves)";
+
 /// What never changes while a scene is open.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// Before any operation.
+    /// As the scene states it.
+    pub camera: CameraSetting,
+    /// The same, before any operation.
     pub base: Camera,
     /// The scene's.
     pub operations: Vec<Operation>,
     /// How they become frames.
     pub timing: Timing,
-    /// What they, and hands, turn the camera about.
+    /// What they turn the camera about, and hands to begin with.
     pub pivot: DVec3,
     /// The plane is mapped onto the window as it is.
     pub stretch: bool,
     /// Something may be drawn over the picture.
     pub overlay: bool,
+    /// Picks are printed.
+    pub print_picks: bool,
     /// The kernels to choose from.
     pub kernels: Vec<Kernel>,
 }
@@ -57,10 +65,40 @@ pub enum Command {
     Screenshot,
     /// Tell the user on the terminal.
     Report(String),
+    /// Print on the standard output, ends of lines included.
+    Print(String),
+    /// Find out what is seen, and come back with it ([`State::probed`]).
+    Probe(Probe),
+    /// Write the scene's file, and come back ([`State::saved`]).
+    Save(Document),
     /// Fill the screen, or do not.
     Fullscreen(bool),
     /// End the program.
     Quit,
+}
+
+/// The question what one pixel of a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// The picture.
+    pub wish: Wish,
+    /// Column and row.
+    pub pixel: (usize, usize),
+    /// What the answer is for.
+    pub spot: Spot,
+}
+
+/// A scene to be saved: its text with these.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// The camera before any operation.
+    pub camera: CameraSetting,
+    /// All operations.
+    pub operations: Vec<Operation>,
+    /// Take a name that is free.
+    pub new_name: bool,
+    /// Of the operations, what the hand recorded.
+    pub recorded: Recorded,
 }
 
 /// What to render.
@@ -73,12 +111,22 @@ pub struct Wish {
 }
 
 /// What to draw over the picture.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct OverlayWish {
     /// The figures.
     pub statistics: bool,
     /// The key sheet.
     pub sheet: bool,
+    /// What was picked, line by line.
+    pub picked: Vec<(String, String)>,
+    /// Where the points that were picked are seen, in pixels.
+    pub marks: Vec<(i32, i32)>,
+    /// Moves are being recorded.
+    pub recording: bool,
+    /// The bar of frames.
+    pub bar: Option<BarWish>,
+    /// A line that waits for an answer.
+    pub question: Option<&'static str>,
     /// A line of text.
     pub message: Option<String>,
 }
@@ -97,14 +145,30 @@ struct Turning {
 pub struct State {
     setting: Setting,
     size_px: (usize, usize),
+    scale_factor: f64,
     settings: Settings,
     playback: Playback,
-    /// What the hand did, on top of the frame's camera.
-    hand: Pose,
+    /// The scene's operations and the recorded ones: what is played.
+    film: Vec<Operation>,
+    moves: Moves,
+    composer: RefCell<Composer>,
+    recording: bool,
+    /// What the hand orbits about, when it is not the format's pivot.
+    pivot: Option<DVec3>,
+    turntable: bool,
     turning: Vec<Turning>,
+    dragging: bool,
+    /// The first end of a loop, when the second is not set.
+    section_start: Option<u64>,
+    bar_until: Option<Duration>,
+    picked: Option<Picked>,
+    /// The other end of what was measured.
+    measured: Option<DVec3>,
+    picked_lines: Vec<(String, String)>,
     statistics: bool,
     sheet: bool,
     fullscreen: bool,
+    asking: bool,
     message: Option<(String, Duration)>,
     now: Duration,
     commands: Vec<Command>,
@@ -114,16 +178,30 @@ impl State {
     /// Stands on the still picture at time 0.
     #[must_use]
     pub fn new(setting: Setting, settings: Settings, size_px: (usize, usize)) -> State {
+        let film = setting.operations.clone();
         State {
-            playback: Playback::new(setting.timing, &setting.operations),
+            playback: Playback::new(setting.timing.fps, setting.timing.last_frame(&film)),
+            film,
             setting,
             size_px,
+            scale_factor: 1.0,
             settings,
-            hand: Pose::IDENTITY,
+            moves: Moves::default(),
+            composer: RefCell::default(),
+            recording: false,
+            pivot: None,
+            turntable: false,
             turning: Vec::new(),
+            dragging: false,
+            section_start: None,
+            bar_until: None,
+            picked: None,
+            measured: None,
+            picked_lines: Vec::new(),
             statistics: false,
             sheet: false,
             fullscreen: false,
+            asking: false,
             message: None,
             now: Duration::ZERO,
             commands: Vec::new(),
@@ -143,32 +221,64 @@ impl State {
         self.size_px
     }
 
+    /// Physical pixels a logical one.
+    pub fn set_scale_factor(&mut self, scale_factor: f64) {
+        self.scale_factor = scale_factor;
+    }
+
     /// Moves on to the time `now`, counted from the start; an earlier one changes nothing.
     pub fn advance(&mut self, now: Duration) {
         let before = self.now;
         self.now = now.max(before);
         self.turn_on(before);
-        if self.playback.advance((self.now - before).as_secs_f64()) {
-            self.report_end();
+        if self.playback.advance(self.now - before) {
+            let frame = self.playback.frame();
+            self.report(format!("playback ended at frame {frame}"));
         }
         if self.message.as_ref().is_some_and(|(_, end)| *end <= now) {
             self.message = None;
         }
+        self.bar_until = self.bar_until.filter(|end| *end > now);
     }
 
     /// Does what `action` says, at the time of the last [`State::advance`].
     pub fn apply(&mut self, action: Action) {
+        if self.asking {
+            return self.answer(action);
+        }
         match action {
             Action::StartTurn { axis, reverse } => self.start_turn(axis, reverse),
-            Action::StopTurn(axis) => self.turning.retain(|t| t.axis != axis),
-            Action::StopTurns => self.turning.clear(),
-            Action::Orbit { dx_px, dy_px } => self.orbit(dx_px, dy_px),
+            Action::StopTurn(axis) => self.stop_turn(axis),
+            Action::StopTurns => self.let_go_of_all(),
+            Action::Orbit { dx_px, dy_px, only } => self.orbit(dx_px, dy_px, only),
+            Action::Roll { dx_px } => self.roll(dx_px),
             Action::Pan { dx_px, dy_px } => self.pan(dx_px, dy_px),
-            Action::DollyDrag { dy_px } => {
-                self.dolly(-dy_px / self.size_px.1 as f64 * DOLLY_NOTCHES_PER_HEIGHT);
-            }
-            Action::Dolly { notches } => self.dolly(notches),
-            Action::TogglePlayback => self.toggle_playback(),
+            Action::DollyDrag { dy_px, at } => self.dolly_drag(dy_px, at),
+            Action::Dolly { notches, at } => self.dolly(notches, at),
+            Action::LetGo => self.let_go(),
+            Action::Look { from, opposite } => self.look(from, opposite),
+            Action::ToggleTurntable => self.toggle_turntable(),
+            Action::Pick(at) => self.probe(at, Spot::Pick),
+            Action::Measure(at) => self.probe(at, Spot::Measure),
+            Action::SetPivot(at) => self.probe(at, Spot::Pivot),
+            Action::TogglePlayback => self.toggle_playback(false),
+            Action::TogglePlaybackBackwards => self.toggle_playback(true),
+            Action::StepFrames(frames) => self.playback.step(frames),
+            Action::StepOperation { back } => self.step_operation(back),
+            Action::GoToStart => self.playback.seek(0),
+            Action::GoToEnd => self.playback.stop(),
+            Action::Seek(frame) => self.playback.seek(frame),
+            Action::ScaleSpeed(factor) => self.set_speed(self.playback.speed() * factor),
+            Action::NormalSpeed => self.set_speed(1.0),
+            Action::MarkSection => self.mark_section(),
+            Action::NextOrder => self.next_order(),
+            Action::ToggleRecording => self.toggle_recording(),
+            Action::Undo => self.undo(),
+            Action::Redo => self.redo(),
+            Action::Save => self.save(false),
+            Action::SaveAs => self.save(true),
+            Action::PrintCamera => self.print_camera(),
+            Action::Decline => {}
             Action::ReturnToScene => self.return_to_scene(),
             Action::NextView => self.settings.mode = next(&MODES, self.settings.mode),
             Action::NextKernel => {
@@ -179,7 +289,7 @@ impl State {
             Action::Screenshot => self.commands.push(Command::Screenshot),
             Action::ToggleFullscreen => self.set_fullscreen(!self.fullscreen),
             Action::Back => self.back(),
-            Action::Quit => self.commands.push(Command::Quit),
+            Action::Quit => self.quit(),
         }
     }
 
@@ -211,6 +321,11 @@ impl State {
         OverlayWish {
             statistics: self.statistics,
             sheet: self.sheet,
+            picked: self.picked_lines.clone(),
+            marks: self.marks(),
+            recording: self.recording,
+            bar: self.bar_wish(),
+            question: self.asking.then_some(QUIT_UNSAVED),
             message: self.message.as_ref().map(|(text, _)| text.clone()),
         }
     }
@@ -227,29 +342,78 @@ impl State {
         self.turning.iter().any(|t| t.on_from <= self.now)
     }
 
+    /// True while time or a hand is moving the picture.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.playback.is_playing() || self.dragging || !self.turning.is_empty()
+    }
+
     /// When the state next changes by itself, unless [`State::is_turning`]; `None`: never.
     #[must_use]
     pub fn next_change(&self) -> Option<Duration> {
         let frame = self
             .playback
-            .next_frame_in_s()
-            .and_then(|s| self.now.checked_add(Duration::try_from_secs_f64(s).ok()?));
+            .next_frame_in()
+            .and_then(|dt| self.now.checked_add(dt));
         let message = self.message.as_ref().map(|(_, end)| *end);
         let turns = self.turning.iter().map(|t| t.on_from);
-        turns.chain(frame).chain(message).min()
+        let others = frame.into_iter().chain(message).chain(self.bar_until);
+        turns.chain(others).min()
     }
 
     /// Starts playing at frame 0.
     pub fn play(&mut self) {
         self.playback.stop();
-        self.playback.play();
+        self.playback.play(false);
+    }
+
+    /// The picture shown, as the head and the tail of a scene file whose still picture it is.
+    #[must_use]
+    pub fn scene_text(&self) -> (String, String) {
+        let operations: Vec<Operation> = self.operations().collect();
+        let camera = match self.camera_setting() {
+            CameraSetting::Default => Ok("<d\n".to_owned()),
+            CameraSetting::Set(corners) => camera_text(&corners),
+        };
+        (
+            camera.expect("a camera that could not be saved is not taken"),
+            operations_text(&operations).expect("angles are finite"),
+        )
+    }
+
+    /// The scene was saved under that name, or not.
+    pub fn saved(&mut self, recorded: Recorded, result: Result<String, String>) {
+        let line = match result {
+            Ok(name) => {
+                self.moves.mark_saved(recorded);
+                format!("saved {name}")
+            }
+            Err(why) => format!("cannot save the scene: {why}"),
+        };
+        self.report(line.clone());
+        self.say(line);
+    }
+
+    /// The base camera as a file says it.
+    fn camera_setting(&self) -> CameraSetting {
+        self.moves
+            .base_corners()
+            .map_or(self.setting.camera, CameraSetting::Set)
     }
 
     fn camera(&self) -> Camera {
-        let s = &self.setting;
+        let base = self.moves.base(self.setting.base);
+        base.turned(self.turn(), self.setting.pivot)
+    }
+
+    /// What turns the base camera: the film up to the frame, and what is on top of it.
+    fn operations(&self) -> impl Iterator<Item = Operation> {
         let frame = self.playback.frame();
-        let camera = camera_at(s.base, &s.operations, s.timing, frame, s.pivot);
-        self.hand.apply(camera)
+        operations_at(&self.film, self.setting.timing, frame).chain(self.moves.on_top())
+    }
+
+    fn turn(&self) -> DMat3 {
+        self.composer.borrow_mut().compose(self.operations())
     }
 
     fn view(&self) -> View {
@@ -257,68 +421,25 @@ impl State {
         self.camera().view(width, height, self.setting.stretch)
     }
 
-    fn start_turn(&mut self, axis: Axis, reverse: bool) {
-        self.turning.retain(|t| t.axis != axis);
-        self.turning.push(Turning {
-            axis,
-            reverse,
-            on_from: self.now + TAP,
-        });
-        self.turn(axis, reverse, TAP_RAD);
-    }
-
-    fn turn(&mut self, axis: Axis, reverse: bool, angle_rad: f64) {
-        let angle_rad = if reverse { -angle_rad } else { angle_rad };
-        let turn = orbit::axis_turn(axis, angle_rad, self.setting.pivot);
-        self.hand = self.hand.then(turn);
-    }
-
-    /// Turns by what the held keys are worth between `before` and now.
-    fn turn_on(&mut self, before: Duration) {
-        for i in 0..self.turning.len() {
-            let t = self.turning[i];
-            let held = self.now.saturating_sub(before.max(t.on_from));
-            if !held.is_zero() {
-                self.turn(t.axis, t.reverse, HELD_RAD_PER_S * held.as_secs_f64());
-            }
+    fn save(&mut self, new_name: bool) {
+        self.let_go_of_all();
+        let mut operations = self.film.clone();
+        // What is on top of another frame is no part of the scene.
+        if self.playback.is_at_end() {
+            operations.extend(self.moves.on_top());
         }
+        self.commands.push(Command::Save(Document {
+            camera: self.camera_setting(),
+            operations,
+            new_name,
+            recorded: self.moves.recorded_part(),
+        }));
     }
 
-    fn orbit(&mut self, dx_px: f64, dy_px: f64) {
-        let height = self.size_px.1 as f64;
-        let turn = orbit::orbit(&self.camera(), self.setting.pivot, dx_px, dy_px, height);
-        self.hand = self.hand.then(turn);
-    }
-
-    fn pan(&mut self, dx_px: f64, dy_px: f64) {
-        let view = self.view();
-        let step = view.dx * dx_px + view.dy * dy_px;
-        let shift = orbit::pan(&self.camera(), self.setting.pivot, step);
-        self.hand = self.hand.then(shift);
-    }
-
-    fn dolly(&mut self, notches: f64) {
-        let shift = orbit::dolly(&self.camera(), self.setting.pivot, notches);
-        self.hand = self.hand.then(shift);
-    }
-
-    fn toggle_playback(&mut self) {
-        if self.playback.is_playing() {
-            let frame = self.playback.pause();
-            self.report(format!("paused at frame {frame}"));
-            return;
-        }
-        self.playback.play();
-        // Nothing to play ends here.
-        if self.playback.advance(0.0) {
-            self.report_end();
-        }
-    }
-
-    fn return_to_scene(&mut self) {
-        self.playback.stop();
-        self.turning.clear();
-        self.hand = Pose::IDENTITY;
+    fn print_camera(&mut self) {
+        let (camera, operations) = self.scene_text();
+        self.commands.push(Command::Print(camera + &operations));
+        self.say("the camera is on the standard output".to_owned());
     }
 
     fn set_fullscreen(&mut self, on: bool) {
@@ -329,16 +450,41 @@ impl State {
     fn back(&mut self) {
         if self.sheet && self.setting.overlay {
             self.sheet = false;
+        } else if !self.picked_lines.is_empty() && self.setting.overlay {
+            self.drop_pick();
         } else if self.fullscreen {
             self.set_fullscreen(false);
+        } else {
+            self.quit();
+        }
+    }
+
+    fn quit(&mut self) {
+        if self.moves.is_unsaved() {
+            self.let_go_of_all();
+            self.playback.pause();
+            self.asking = true;
+            self.report(QUIT_UNSAVED.to_owned());
         } else {
             self.commands.push(Command::Quit);
         }
     }
 
-    fn report_end(&mut self) {
-        let last = self.playback.last_frame();
-        self.report(format!("playback ended at frame {last}"));
+    /// Takes an action as the answer to the question whether to quit. Others wait.
+    fn answer(&mut self, action: Action) {
+        match action {
+            Action::Quit
+            | Action::StartTurn {
+                axis: Axis::Y,
+                reverse: false,
+            } => self.commands.push(Command::Quit),
+            Action::Decline | Action::Back => self.asking = false,
+            Action::Save | Action::SaveAs => {
+                self.asking = false;
+                self.apply(action);
+            }
+            _ => {}
+        }
     }
 
     fn report(&mut self, line: String) {

@@ -3,8 +3,10 @@
 //! Nothing is rendered here. Events change the [`State`]; when the loop has run out of them, the picture that
 //! the state wants goes to the [`Painter`], and the loop sleeps until something happens or is due.
 
+mod session;
+
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -22,9 +24,12 @@ use super::input::Input;
 use super::overlay::Overlay;
 use super::painter::{Notice, Painter, Picture};
 use super::present::Presenter;
+use super::save::Origin;
+use super::script::Line;
+use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State, Wish};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, screenshot};
+use super::{AppError, AppOptions, backend, keys, moves, screenshot};
 use crate::render::Renderer;
 
 /// Pictures follow one another at the screen's rate, or at this one where it is not told.
@@ -37,6 +42,10 @@ enum Message {
     Painter(Notice),
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
+    /// The scene is saved with what was recorded then, or not.
+    SceneSaved(moves::Recorded, io::Result<PathBuf>),
+    /// The script has another line.
+    Script(NextLine),
 }
 
 /// Opens the window and shows the scene until the user quits.
@@ -147,6 +156,12 @@ struct Viewer {
     overlay: Overlay,
     statistics: Statistics,
     painter: Painter,
+    session: Session,
+    origin: Origin,
+    /// Answers that the state waits for.
+    pending: usize,
+    /// The left button holds the bar of frames.
+    scrubbing: bool,
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
@@ -170,6 +185,13 @@ impl Viewer {
         let title = format!("{} - Ray Bomb 3D", options.name);
         let state = options.initial_state();
         let to_loop = proxy.clone();
+        let play = options.play_actions.as_deref();
+        let session = Session::open(play, options.record_actions.as_deref(), move |line| {
+            // Fails when the loop has ended: nobody plays the script.
+            let _ = to_loop.send_event(Message::Script(line));
+        })?;
+        let origin = options.origin;
+        let to_loop = proxy.clone();
         let painter = Painter::start(options.scene, renderer, move |notice| {
             // Fails when the loop has ended: nobody waits for the picture.
             let _ = to_loop.send_event(Message::Painter(notice));
@@ -183,6 +205,10 @@ impl Viewer {
             overlay: Overlay::new(1.0),
             statistics,
             painter,
+            session,
+            origin,
+            pending: 0,
+            scrubbing: false,
             proxy,
             picture: None,
             is_new: false,
@@ -194,8 +220,14 @@ impl Viewer {
         })
     }
 
-    fn now(&self) -> Duration {
+    /// The clock.
+    fn real(&self) -> Duration {
         self.epoch.map_or(Duration::ZERO, |epoch| epoch.elapsed())
+    }
+
+    /// The session's time.
+    fn now(&self) -> Duration {
+        self.session.now(self.real())
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, error: AppError) {
@@ -206,8 +238,17 @@ impl Viewer {
     /// Brings the state to the present, then lets `action` change it.
     fn act(&mut self, action: Option<Action>) {
         if let Some(action) = action {
-            self.state.advance(self.now());
+            let now = self.now();
+            self.state.advance(now);
+            self.note(now, Line::Act(action));
             self.state.apply(action);
+        }
+    }
+
+    /// Writes down what is done, if somebody wants that.
+    fn note(&mut self, now: Duration, line: Line) {
+        if let Some(e) = self.session.note(now, line) {
+            self.tell(&format!("cannot record the session: {e}"));
         }
     }
 
@@ -226,7 +267,11 @@ impl Viewer {
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
         // A window's size fits in memory.
-        self.state.resize(size.width as usize, size.height as usize);
+        let (width, height) = (size.width as usize, size.height as usize);
+        if self.state.size_px() != (width, height) {
+            self.note(self.now(), Line::Resize(size.width, size.height));
+        }
+        self.state.resize(width, height);
         if let Some(screen) = self.stage.screen() {
             screen.size = size;
             screen.window.request_redraw();
@@ -285,6 +330,12 @@ impl Viewer {
         for command in self.state.take_commands() {
             match command {
                 Command::Report(line) => report(&line),
+                Command::Print(text) => print(&text),
+                Command::Probe(probe) => {
+                    self.pending += 1;
+                    self.painter.probe(probe);
+                }
+                Command::Save(document) => self.save_scene(document),
                 Command::Screenshot => self.save_picture(),
                 Command::Quit => event_loop.exit(),
                 Command::Fullscreen(on) => {
@@ -351,14 +402,25 @@ impl Viewer {
     /// When the state changes without an event.
     fn next_change(&self) -> Option<Instant> {
         let epoch = self.epoch?;
+        let script = self.session.wakes_at().and_then(|t| epoch.checked_add(t));
+        if !self.session.time_moves() {
+            return script;
+        }
         if self.state.is_turning() {
             let interval = match &self.stage {
                 Stage::Running(screen) => screen.interval,
                 _ => DEFAULT_INTERVAL,
             };
-            return Some(Instant::now() + interval);
+            return script
+                .into_iter()
+                .chain(Some(Instant::now() + interval))
+                .min();
         }
-        epoch.checked_add(self.state.next_change()?)
+        let change = self.state.next_change().and_then(|t| {
+            let wait = t.saturating_sub(self.now());
+            Instant::now().checked_add(wait)
+        });
+        change.into_iter().chain(script).min()
     }
 }
 
@@ -383,6 +445,7 @@ impl ApplicationHandler<Message> for Viewer {
             Ok(screen) => {
                 let size = screen.size;
                 self.overlay.set_scale_factor(screen.window.scale_factor());
+                self.state.set_scale_factor(screen.window.scale_factor());
                 self.stage = Stage::Running(screen);
                 self.resized(size);
             }
@@ -403,6 +466,15 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Broken(why)) => {
                 self.fail(event_loop, AppError::Broken { why })
             }
+            Message::Painter(Notice::Probed(answer)) => {
+                let (probe, found) = *answer;
+                self.pending -= 1;
+                self.state.advance(self.now());
+                self.state.probed(&probe, found);
+            }
+            Message::SceneSaved(recorded, saved) => self.scene_saved(recorded, saved),
+            Message::Script(Ok(line)) => self.session.push(line),
+            Message::Script(Err(why)) => self.fail(event_loop, AppError::Broken { why }),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
             Message::Saved(Err(e)) => self.tell(&format!("cannot save the picture: {e}")),
         }
@@ -410,15 +482,18 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         match event {
-            // Destroyed: by another program, behind our back.
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
+            // By another program, behind our back.
+            WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::CloseRequested => self.act(Some(Action::Quit)),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::Occluded(occluded) => self.occluded(occluded),
             WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
                 self.overlay.set_scale_factor(scale_factor);
+                self.state.set_scale_factor(scale_factor);
             }
             WindowEvent::Focused(false) => {
+                self.scrubbing = false;
                 let action = self.input.focus_lost();
                 self.act(Some(action));
             }
@@ -432,16 +507,11 @@ impl ApplicationHandler<Message> for Viewer {
                 ..
             } => self.key(&event, is_synthetic),
             WindowEvent::MouseInput { state, button, .. } => {
-                match (state, keys::button_of(button)) {
-                    (ElementState::Pressed, Some(button)) => self.input.button_down(button),
-                    (ElementState::Released, Some(button)) => self.input.button_up(button),
-                    (_, None) => {}
+                if let Some(button) = keys::button_of(button) {
+                    self.button(state, button);
                 }
             }
-            WindowEvent::CursorMoved { position, .. } => {
-                let action = self.input.cursor_moved(position.x, position.y);
-                self.act(action);
-            }
+            WindowEvent::CursorMoved { position, .. } => self.cursor_moved(position.x, position.y),
             WindowEvent::MouseWheel { delta, .. } => {
                 let scale_factor = self
                     .stage
@@ -456,7 +526,12 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.state.advance(self.now());
+        self.play_script();
         self.obey(event_loop);
+        if event_loop.exiting() {
+            return;
+        }
+        self.note_settled();
         let too_early = self.wish();
         self.redraw_overlay_if_changed();
         let wake = too_early.into_iter().chain(self.next_change()).min();

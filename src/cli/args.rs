@@ -11,7 +11,7 @@ use crate::camera::Pivot;
 use crate::render::{Engine, Reflection, Settings, ViewMode};
 use crate::scene::CameraCorners;
 use crate::simd::Kernel;
-use crate::timeline::Timing;
+use crate::timeline::{Ease, Timing};
 
 /// Ray Bomb 3D: ray-traces coloured triangles on the CPU, in a window and to files.
 ///
@@ -54,7 +54,8 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct ViewArgs {
     /// Scene file, or - for the standard input
-    pub scene: PathBuf,
+    #[arg(required_unless_present = "list_bindings")]
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub window: WindowOptions,
 }
@@ -68,6 +69,18 @@ pub struct WindowOptions {
     /// Draw nothing over the picture, not even messages
     #[arg(long)]
     pub no_overlay: bool,
+    /// Print what a click hits: one JSON object a line
+    #[arg(long)]
+    pub print_picks: bool,
+    /// Print every key and gesture of the window, and end
+    #[arg(long)]
+    pub list_bindings: bool,
+    /// Play a session: a line for each action, - for the standard input
+    #[arg(long, value_name = "FILE")]
+    pub play_actions: Option<PathBuf>,
+    /// Write the session to a file that can be played again
+    #[arg(long, value_name = "FILE")]
+    pub record_actions: Option<PathBuf>,
     #[command(flatten)]
     pub picture: PictureOptions,
     #[command(flatten)]
@@ -250,15 +263,25 @@ pub struct TimeOptions {
     /// Seconds that each operation takes
     #[arg(long, value_name = "N", value_parser = values::timing, default_value = "1", allow_hyphen_values = true)]
     pub seconds_per_op: f64,
+    /// How an operation moves: in equal steps, or with a gentle start and end
+    #[arg(long, value_name = "HOW", value_parser = values::one_of(values::EASES), default_value = "linear")]
+    pub ease: Ease,
+    /// Each frame is a whole operation, 1/16 s long
+    #[arg(long, conflicts_with_all = ["fps", "seconds_per_op", "ease"])]
+    pub steps: bool,
 }
 
 impl TimeOptions {
     /// The same as the timeline knows it.
     #[must_use]
     pub fn timing(&self) -> Timing {
+        if self.steps {
+            return Timing::STEPS;
+        }
         Timing {
             fps: self.fps,
             seconds_per_op: self.seconds_per_op,
+            ease: self.ease,
         }
     }
 }

@@ -56,11 +56,8 @@ pub fn main() -> ExitCode {
 
 fn run(cli: &Cli, progress: &Progress) -> Outcome {
     match &cli.command {
-        None => match &cli.scene {
-            Some(path) => view::open_file(path, &cli.window),
-            None => view::open_default(&cli.window),
-        },
-        Some(Command::View(args)) => view::open_file(&args.scene, &args.window),
+        None => view::run(cli.scene.as_deref(), &cli.window),
+        Some(Command::View(args)) => view::run(args.scene.as_deref(), &args.window),
         Some(Command::Render(args)) => render::run(args, progress),
         Some(Command::Anim(args)) => anim::run(args, progress),
         Some(Command::Check(args)) => check::run(args),

@@ -10,6 +10,7 @@ use crate::camera::{MAX_SIZE, Pivot};
 use crate::render::{Engine, Reflection, ViewMode};
 use crate::scene::{self, CameraCorners, CameraSetting, Scene};
 use crate::simd::Kernel;
+use crate::timeline::Ease;
 
 /// The most threads that can be asked for: far above any machine, far below what exhausts one.
 const MAX_THREADS: usize = 1024;
@@ -44,6 +45,9 @@ pub const REFLECTIONS: Names<Reflection> = &[
 
 /// `--pivot`
 pub const PIVOTS: Names<Pivot> = &[("origin", Pivot::Origin), ("centre", Pivot::Centre)];
+
+/// `--ease`
+pub const EASES: Names<Ease> = &[("linear", Ease::Linear), ("smooth", Ease::Smooth)];
 
 /// A parser for one of `names`.
 pub fn one_of<T: Copy + Send + Sync + 'static>(

@@ -3,6 +3,7 @@
 //! The window and the files get their pictures from the same [`Renderer`], so they are the same bits.
 
 mod hit_plane;
+mod pick;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,6 +21,7 @@ use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
 use crate::world::World;
+pub use pick::Picked;
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

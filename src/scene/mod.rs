@@ -19,6 +19,7 @@ mod parallel;
 mod parser;
 mod recover;
 mod snippet;
+mod splice;
 #[cfg(test)]
 mod testing;
 mod writer;
@@ -29,4 +30,5 @@ pub use locate::{Location, locate_triangles};
 pub use model::{CameraCorners, CameraSetting, Operation, Scene, Triangle};
 pub use parser::parse;
 pub use snippet::{Severity, annotate};
-pub use writer::{camera_text, write};
+pub use splice::with_moves;
+pub use writer::{camera_text, operations_text, write};

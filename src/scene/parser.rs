@@ -330,7 +330,10 @@ impl<'t> Parser<'t> {
 
     /// The letter, in lower case, of `<d`, `< d` or `d`, and where it stands; no letter when the next word is
     /// something else. `expected` is for the error at the end of the file.
-    fn keyword(&mut self, expected: Expected) -> Result<(Range<usize>, Option<u8>), Halt> {
+    pub(super) fn keyword(
+        &mut self,
+        expected: Expected,
+    ) -> Result<(Range<usize>, Option<u8>), Halt> {
         let Some(mut span) = self.cursor.word() else {
             let span = self.end_span();
             let found = Found::End;

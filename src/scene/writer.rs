@@ -59,6 +59,23 @@ pub fn camera_text(corners: &CameraCorners) -> io::Result<String> {
     Ok(text.0)
 }
 
+/// The tail of a scene file with these operations: `<n`, or `<o` with their number and a line each.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`] when an angle is infinite or NaN.
+pub fn operations_text(operations: &[Operation]) -> io::Result<String> {
+    let mut text = Text::default();
+    text.operations(operations)?;
+    Ok(text.0)
+}
+
+/// The lines of these operations alone.
+pub(super) fn operation_lines(operations: &[Operation]) -> io::Result<String> {
+    let mut text = Text::default();
+    operations.iter().try_for_each(|op| text.operation(op))?;
+    Ok(text.0)
+}
+
 /// Text under construction.
 #[derive(Default)]
 struct Text(String);
@@ -98,16 +115,18 @@ impl Text {
             return Ok(());
         }
         self.0 += &format!("<o\n{}\n", operations.len());
-        for Operation { axis, angle_rad } in operations {
-            finite(angle_rad.is_finite())?;
-            let letter = axis_letter(*axis);
-            let angle = if plain(angle_rad.abs()) {
-                format!("{angle_rad}")
-            } else {
-                format!("{angle_rad:e}")
-            };
-            self.0 += &format!("<{letter} {angle}\n");
-        }
+        operations.iter().try_for_each(|op| self.operation(op))
+    }
+
+    fn operation(&mut self, Operation { axis, angle_rad }: &Operation) -> io::Result<()> {
+        finite(angle_rad.is_finite())?;
+        let letter = axis_letter(*axis);
+        let angle = if plain(angle_rad.abs()) {
+            format!("{angle_rad}")
+        } else {
+            format!("{angle_rad:e}")
+        };
+        self.0 += &format!("<{letter} {angle}\n");
         Ok(())
     }
 

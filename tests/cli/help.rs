@@ -16,7 +16,15 @@ const PICTURE: [&str; 8] = [
     "--stretch",
     "--pivot",
 ];
-const TIME: [&str; 2] = ["--fps", "--seconds-per-op"];
+const TIME: [&str; 4] = ["--fps", "--seconds-per-op", "--ease", "--steps"];
+const WINDOW: [&str; 6] = [
+    "--play",
+    "--no-overlay",
+    "--print-picks",
+    "--list-bindings",
+    "--play-actions",
+    "--record-actions",
+];
 
 fn help(args: &[&str]) -> String {
     let run = Folder::new().run(&[args, &["--help"]].concat()).ok();
@@ -35,7 +43,7 @@ fn options(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn the_help_of_each_command_has_its_options_and_no_others() {
-    let window = [&["--play", "--no-overlay"], &PICTURE[..], &TIME].concat();
+    let window = [&WINDOW[..], &PICTURE[..], &TIME].concat();
     let render = [
         &["--output", "--frame", "--camera", "--hash"],
         &PICTURE[..],
@@ -127,4 +135,25 @@ fn the_readme_names_every_command_and_option() {
             assert!(named.contains(&option), "README.md does not name {option}");
         }
     }
+}
+
+#[test]
+fn the_readme_has_the_table_of_keys_that_the_program_prints() {
+    let run = Folder::new().run(&["--list-bindings"]).ok();
+    let row = |line: &str| {
+        let (chords, says) = line.split_once("  ").expect("two columns");
+        let chords: Vec<String> = chords.split(' ').map(|c| format!("`{c}`")).collect();
+        format!("| {} | {} |", chords.join(" "), says.trim_start())
+    };
+    let rows: Vec<String> = run.stdout.lines().map(row).collect();
+    assert!(rows.len() > 20, "{rows:?}");
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md"))
+        .expect("there is a README.md");
+    let keys = readme.split("\n## ").find(|part| part.starts_with("Keys"));
+    let table: Vec<&str> = keys
+        .expect("a section on keys")
+        .lines()
+        .filter(|line| line.starts_with("| `"))
+        .collect();
+    assert_eq!(table, rows);
 }

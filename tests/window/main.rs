@@ -8,5 +8,7 @@
 mod display;
 mod hands;
 mod playing;
+mod recording;
+mod sessions;
 mod shown;
 mod support;

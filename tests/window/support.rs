@@ -1,15 +1,15 @@
 //! An X server of its own for each test, the program on it, and the window's pixels.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Output, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
 /// A pyramid and a floor behind a set camera, with three operations.
-const SCENE: &str = "\
+pub const SCENE: &str = "\
 <s
 0 -6 4
 -4 -2 3
@@ -101,9 +101,14 @@ impl Desk {
 
     /// What `raybomb render` writes with these options.
     pub fn render(&self, options: &[&str]) -> Picture {
+        self.render_scene("scene.txt", options)
+    }
+
+    /// The same of another scene.
+    pub fn render_scene(&self, scene: &str, options: &[&str]) -> Picture {
         let output = self
             .program()
-            .args(["render", "scene.txt", "-o", "expected.bmp"])
+            .args(["render", scene, "-o", "expected.bmp"])
             .args(options)
             .output()
             .expect("the program runs");
@@ -157,6 +162,8 @@ pub struct Viewer<'a> {
     child: Child,
     window: String,
     words: Arc<Mutex<Vec<String>>>,
+    prints: Arc<Mutex<Vec<String>>>,
+    input: Option<ChildStdin>,
     /// From the start of the process to a window.
     pub opened_in: Duration,
 }
@@ -165,15 +172,21 @@ impl<'a> Viewer<'a> {
     pub fn start(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
         let start = Instant::now();
         let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program runs");
+        let prints = collect_lines(child.stdout.take().expect("piped"));
+        let input = child.stdin.take();
         let words = collect_lines(child.stderr.take().expect("piped"));
         let mut viewer = Viewer {
             desk,
             child,
             window: String::new(),
             words,
+            prints,
+            input,
             opened_in: Duration::ZERO,
         };
         viewer.window = until("a window", || {
@@ -262,6 +275,27 @@ impl<'a> Viewer<'a> {
         until("words", || {
             self.words.lock().expect("no panic").get(index).cloned()
         })
+    }
+
+    /// Waits for the line number `index` on the standard output, counted from 0.
+    pub fn prints(&self, index: usize) -> String {
+        until("a printed line", || {
+            self.prints.lock().expect("no panic").get(index).cloned()
+        })
+    }
+
+    /// Writes lines to the standard input.
+    pub fn tell(&mut self, lines: &str) {
+        let input = self.input.as_mut().expect("it is open");
+        input
+            .write_all(format!("{lines}\n").as_bytes())
+            .and_then(|()| input.flush())
+            .expect("it reads");
+    }
+
+    /// Closes the standard input.
+    pub fn end_input(&mut self) {
+        self.input = None;
     }
 
     /// Everything said up to now.

@@ -38,6 +38,15 @@ impl Canvas<'_> {
         }
     }
 
+    /// Fills `rect`.
+    pub fn fill(&mut self, rect: Rect, color: u32) {
+        let columns = clip(rect.x, rect.width, self.width);
+        for y in clip(rect.y, rect.height, self.height) {
+            let row = y * self.width;
+            self.pixels[row + columns.start..row + columns.end].fill(color);
+        }
+    }
+
     /// Lays `color` over the pixels where the glyph is, its corner at (`x`, `y`).
     pub fn glyph(&mut self, x: i32, y: i32, glyph: &Glyph, color: u32) {
         let (x, y) = (x + glyph.left, y + glyph.top);

@@ -1,4 +1,4 @@
-//! Text over the picture: figures, key sheet, messages.
+//! Over the picture: figures, key sheet, picks, questions, messages, and the bar of frames.
 //!
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
 //! for: the window shows the very bits that files get.
@@ -11,12 +11,17 @@ pub use canvas::Canvas;
 use canvas::Rect;
 use font::Font;
 
-use super::action;
+use super::bindings;
+use super::scrub::BarWish;
 use super::state::OverlayWish;
 
 const WHITE: u32 = 0xff_ffff;
 /// Chords, and the names of figures.
 const AMBER: u32 = 0xff_c860;
+/// Says that moves are recorded.
+const RECORDING: &str = "recording";
+const RED: u32 = 0xff_4030;
+const GREY: u32 = 0x80_8080;
 /// Height of the letters at scale factor 1.
 const TEXT_PX: f64 = 16.0;
 /// Below this letters are no letters.
@@ -53,8 +58,10 @@ impl Line {
 #[derive(Clone, Copy, Debug)]
 enum Place {
     TopLeft,
+    TopRight,
     Middle,
-    BottomLeft,
+    /// That many pixels above the lower border.
+    BottomLeft(i32),
 }
 
 impl Overlay {
@@ -65,7 +72,7 @@ impl Overlay {
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
-            sheet: action::sheet().into_iter().map(line).collect(),
+            sheet: bindings::sheet().into_iter().map(line).collect(),
         }
     }
 
@@ -76,17 +83,54 @@ impl Overlay {
 
     /// Draws what `wish` asks for; `statistics` are the figures.
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
-        // The sheet may need all the room: where it stands there are no figures.
+        // The sheet may need all the room: where it stands there is nothing else.
         if wish.sheet {
             let sheet = std::mem::take(&mut self.sheet);
             self.panel(canvas, &sheet, Place::Middle);
             self.sheet = sheet;
-        } else if wish.statistics {
-            self.panel(canvas, statistics, Place::TopLeft);
+        } else {
+            if wish.statistics {
+                self.panel(canvas, statistics, Place::TopLeft);
+            }
+            for &place in &wish.marks {
+                self.mark(canvas, place);
+            }
+            let recording = wish.recording.then(|| Line::new(RECORDING, ""));
+            let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
+            let right: Vec<Line> = recording.into_iter().chain(picked).collect();
+            if !right.is_empty() {
+                self.panel(canvas, &right, Place::TopRight);
+            }
+        }
+        let bar = wish.bar.as_ref().filter(|_| !wish.sheet);
+        if let Some(bar) = bar {
+            draw_bar(canvas, bar);
+        }
+        if let Some(question) = wish.question {
+            self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
         if let Some(message) = &wish.message {
             let lines = [Line::new("", message)];
-            self.panel(canvas, &lines, Place::BottomLeft);
+            // A window's height, and less.
+            let above = bar.map_or(0, |b| b.bar.height_px as i32);
+            self.panel(canvas, &lines, Place::BottomLeft(above));
+        }
+    }
+
+    /// A cross with a dark rim: seen on any colour.
+    fn mark(&self, canvas: &mut Canvas<'_>, (x, y): (i32, i32)) {
+        // A scale factor is a small positive number.
+        let arm = (5.0 * self.scale_factor).ceil() as i32;
+        for (rim, color) in [(1, 0), (0, AMBER)] {
+            for (across, along) in [(rim, arm + rim), (arm + rim, rim)] {
+                let rect = Rect {
+                    x: x.saturating_sub(across),
+                    y: y.saturating_sub(along),
+                    width: 2 * across + 1,
+                    height: 2 * along + 1,
+                };
+                canvas.fill(rect, color);
+            }
         }
     }
 
@@ -99,7 +143,8 @@ impl Overlay {
         let mut y = rect.y + layout.margin;
         for line in lines {
             let text_x = x + layout.name_columns * cell_width;
-            self.text(canvas, x, y, &line.name, AMBER);
+            let color = if line.name == RECORDING { RED } else { AMBER };
+            self.text(canvas, x, y, &line.name, color);
             self.text(canvas, text_x, y, &line.text, WHITE);
             y += cell_height;
         }
@@ -127,6 +172,43 @@ impl Overlay {
             size_px -= 1;
         }
     }
+}
+
+/// Draws the bar of frames: a line, a tick for each operation, what is played in amber, a handle at the frame.
+fn draw_bar(canvas: &mut Canvas<'_>, wish: &BarWish) {
+    let bar = wish.bar;
+    // All lie in the window, whose size fits.
+    let (top, height) = (bar.top_px as i32, bar.height_px as i32);
+    canvas.darken(Rect {
+        x: 0,
+        y: top,
+        width: bar.width_px as i32,
+        height,
+    });
+    let thick = (height / 9).max(1);
+    let x_of = |frame: u64| bar.x_of(frame).round() as i32;
+    let mut block = |from: i32, to: i32, tall: i32, color: u32| {
+        let rect = Rect {
+            x: from,
+            y: top + (height - tall) / 2,
+            width: to - from,
+            height: tall,
+        };
+        canvas.fill(rect, color);
+    };
+    let (first, last) = wish.section.unwrap_or((0, bar.last));
+    block(x_of(0), x_of(bar.last), thick, GREY);
+    block(x_of(first), x_of(last), thick, AMBER);
+    let ticks = bar.last / wish.frames_per_op.max(1);
+    // Ticks that would touch are no ticks.
+    if ticks * 3 <= bar.width_px as u64 {
+        for i in 0..=ticks {
+            let x = x_of(i * wish.frames_per_op);
+            block(x, x + thick.min(2), height / 2, GREY);
+        }
+    }
+    let x = x_of(wish.frame);
+    block(x - thick, x + thick, height * 3 / 4, WHITE);
 }
 
 /// The measures of a panel, in pixels unless said otherwise.
@@ -170,11 +252,12 @@ impl Layout {
         // What does not fit shows its beginning.
         let (x, y) = match place {
             Place::TopLeft => (0, 0),
+            Place::TopRight => ((canvas_width - self.width).max(0), 0),
             Place::Middle => (
                 ((canvas_width - self.width) / 2).max(0),
                 ((canvas_height - self.height) / 2).max(0),
             ),
-            Place::BottomLeft => (0, (canvas_height - self.height).max(0)),
+            Place::BottomLeft(above) => (0, (canvas_height - above - self.height).max(0)),
         };
         Rect {
             x,
@@ -194,11 +277,22 @@ fn extent(canvas: &Canvas<'_>) -> (i32, i32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::scrub::Bar;
 
     fn everything() -> OverlayWish {
         OverlayWish {
             statistics: true,
             sheet: true,
+            picked: vec![("triangle".into(), "7".into())],
+            marks: vec![(0, 0), (i32::MIN, i32::MAX)],
+            recording: true,
+            bar: Some(BarWish {
+                bar: Bar::new((70, 40), 1.0, 48),
+                frame: 20,
+                frames_per_op: 16,
+                section: Some((3, 30)),
+            }),
+            question: Some("really?"),
             message: Some("saved raybomb-0001.png".into()),
         }
     }
@@ -229,6 +323,27 @@ mod tests {
                 assert!(pixels.iter().any(|&p| p != 0xff_ffff));
             }
         }
+    }
+
+    #[test]
+    fn the_bar_has_a_tick_for_each_operation() {
+        let (width, height) = (200, 40);
+        let bar = Bar::new((width, height), 1.0, 48);
+        let wish = OverlayWish {
+            bar: Some(BarWish {
+                bar,
+                frame: 0,
+                frames_per_op: 16,
+                section: None,
+            }),
+            ..OverlayWish::default()
+        };
+        let pixels = draw(&mut Overlay::new(1.0), &wish, width, height);
+        // Above the line, where ticks reach and the handle at frame 0 too.
+        let row = &pixels[(bar.top_px + 9) * width..][..width];
+        let ticks = (1..width).filter(|&x| row[x] == GREY && row[x - 1] != GREY);
+        assert_eq!(ticks.count(), 3);
+        assert!(row[bar.x_of(0) as usize] == WHITE);
     }
 
     #[test]

@@ -1,0 +1,108 @@
+//! Scenes with the hand's moves, as files: whole or not at all, and every byte of the triangles as it was.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::state::Document;
+use crate::demo::Demo;
+use crate::export::{write_new, write_whole};
+use crate::scene;
+
+/// Where the scene's text is.
+#[derive(Clone, Debug)]
+pub enum Origin {
+    /// In a file.
+    File(PathBuf),
+    /// Here: it was read from a pipe.
+    Text(Vec<u8>),
+    /// In the program.
+    Demo(&'static Demo),
+}
+
+/// Writes `document` to the scene's own file, or where there is none or a new name is wanted, to
+/// `NAME-0001.txt` and so on beside it or in the current folder. Returns the file.
+///
+/// # Errors
+/// When the text cannot be read or is no scene any more, and when the file cannot be written.
+pub fn save(origin: &Origin, document: &Document) -> io::Result<PathBuf> {
+    let text = match origin {
+        Origin::File(path) => fs::read(path)?,
+        Origin::Text(text) => text.clone(),
+        Origin::Demo(demo) => {
+            let mut text = Vec::new();
+            scene::write(&demo.scene(), &mut text)?;
+            text
+        }
+    };
+    let text = scene::with_moves(&text, document.camera, &document.operations)?;
+    let (folder, stem) = match origin {
+        Origin::File(path) if !document.new_name => {
+            write_whole(path, |out| out.write_all(&text))?;
+            return Ok(path.clone());
+        }
+        Origin::File(path) => (
+            path.parent()
+                .filter(|p| *p != Path::new(""))
+                .unwrap_or(Path::new(".")),
+            path.file_stem()
+                .map_or("scene".into(), |s| s.to_string_lossy()),
+        ),
+        Origin::Text(_) => (Path::new("."), "scene".into()),
+        Origin::Demo(demo) => (Path::new("."), demo.name.into()),
+    };
+    let names = (1..=9999).map(|number| format!("{stem}-{number:04}.txt"));
+    let saved = write_new(folder, names, |out| out.write_all(&text))?;
+    let name = saved.ok_or_else(|| {
+        let text = format!("{stem}-0001.txt to {stem}-9999.txt are all there already");
+        io::Error::new(io::ErrorKind::AlreadyExists, text)
+    })?;
+    let here = folder == Path::new(".");
+    Ok(if here { name.into() } else { folder.join(name) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::moves::Moves;
+    use crate::scene::{Axis, CameraSetting, Operation};
+
+    const TEXT: &str = "<d\n0 0 -1\n1 # one\n0 0 0  1 0 0  0 1 0  1 2 3";
+
+    fn document(new_name: bool) -> Document {
+        let (axis, angle_rad) = (Axis::X, 0.25);
+        Document {
+            camera: CameraSetting::Default,
+            operations: vec![Operation { axis, angle_rad }],
+            new_name,
+            recorded: Moves::default().recorded_part(),
+        }
+    }
+
+    #[test]
+    fn the_files_own_text_stays_and_a_new_name_leaves_it_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.b.txt");
+        fs::write(&path, TEXT).expect("written");
+        let expected = format!("{TEXT}\n<o\n1\n<x 0.25\n");
+        let origin = Origin::File(path.clone());
+        let new = save(&origin, &document(true)).expect("saved");
+        assert_eq!(new, folder.path().join("a.b-0001.txt"));
+        assert_eq!(fs::read_to_string(&new).expect("read"), expected);
+        assert_eq!(fs::read_to_string(&path).expect("read"), TEXT);
+        assert_eq!(save(&origin, &document(false)).expect("saved"), path);
+        assert_eq!(fs::read_to_string(&path).expect("read"), expected);
+    }
+
+    #[test]
+    fn a_file_that_is_gone_or_broken_is_an_error_and_stays_as_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        let origin = Origin::File(path.clone());
+        assert!(save(&origin, &document(false)).is_err());
+        fs::write(&path, "<d 0 0").expect("written");
+        let error = save(&origin, &document(false)).expect_err("no scene");
+        assert!(error.to_string().starts_with("it is no scene any more: 1:"));
+        assert_eq!(fs::read_to_string(&path).expect("read"), "<d 0 0");
+    }
+}

@@ -1,0 +1,162 @@
+//! The session's script and its recording, at work: files, threads and the settled picture's report.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::AppError;
+use super::script::{Line, Player, Recorder, read_line};
+use super::state::State;
+
+/// The next line of the script; `None` after the last; or what is wrong with it.
+pub type NextLine = Result<Option<Line>, String>;
+
+/// What plays, and what is written down.
+#[derive(Debug, Default)]
+pub struct Session {
+    player: Option<Player>,
+    recorder: Option<Recorder>,
+    settles: u64,
+    /// The window's size that the script asked for last.
+    size_px: Option<(usize, usize)>,
+}
+
+impl Session {
+    /// Plays `play` (`-`: the standard input), whose lines come through `send`, and records to `record`.
+    ///
+    /// # Errors
+    /// When a file cannot be opened.
+    pub fn open(
+        play: Option<&Path>,
+        record: Option<&Path>,
+        send: impl Fn(NextLine) + Send + 'static,
+    ) -> Result<Session, AppError> {
+        let broken = |what: &str, path: &Path, e: &io::Error| AppError::Broken {
+            why: format!("cannot {what} {}: {e}", path.display()),
+        };
+        let mut session = Session::default();
+        if let Some(path) = play {
+            let source: Box<dyn Read + Send> = if path == Path::new("-") {
+                Box::new(io::stdin())
+            } else {
+                Box::new(File::open(path).map_err(|e| broken("read", path, &e))?)
+            };
+            let name = path.display().to_string();
+            thread::Builder::new()
+                .name("script".into())
+                .spawn(move || read(source, &name, send))
+                .map_err(|e| broken("read", path, &e))?;
+            session.player = Some(Player::default());
+        }
+        if let Some(path) = record {
+            let file = File::create(path).map_err(|e| broken("write", path, &e))?;
+            session.recorder = Some(Recorder::new(Box::new(file)));
+        }
+        Ok(session)
+    }
+
+    /// One more line of the script.
+    pub fn push(&mut self, line: Option<Line>) {
+        if let Some(player) = &mut self.player {
+            player.push(line);
+        }
+    }
+
+    /// The session's time when the clock shows `real`.
+    #[must_use]
+    pub fn now(&self, real: Duration) -> Duration {
+        self.player.as_ref().map_or(real, |p| p.now(real))
+    }
+
+    /// True while the session's time moves with the clock.
+    #[must_use]
+    pub fn time_moves(&self) -> bool {
+        self.player.as_ref().is_none_or(Player::time_moves)
+    }
+
+    /// The next line that is due.
+    pub fn next(&mut self, real: Duration, settled: bool) -> Option<Line> {
+        let line = self.player.as_mut()?.next(real, settled)?;
+        if let Line::Resize(width, height) = line {
+            // A window's size fits in memory.
+            self.size_px = Some((width as usize, height as usize));
+        }
+        Some(line)
+    }
+
+    /// True unless the script waits for a size of the window.
+    #[must_use]
+    pub fn has_size(&self, size_px: (usize, usize)) -> bool {
+        self.size_px.is_none_or(|wanted| wanted == size_px)
+    }
+
+    /// When, on the clock, the script goes on by itself.
+    #[must_use]
+    pub fn wakes_at(&self) -> Option<Duration> {
+        self.player.as_ref()?.wakes_at()
+    }
+
+    /// Writes down that `line` is done at the session's time `now`.
+    pub fn note(&mut self, now: Duration, line: Line) -> Option<io::Error> {
+        let failed = self.recorder.as_mut()?.note(now, line).err();
+        self.give_up_after(failed)
+    }
+
+    /// The picture stands.
+    pub fn settled(&mut self) -> Option<io::Error> {
+        let failed = self.recorder.as_mut()?.settled().err();
+        self.give_up_after(failed)
+    }
+
+    /// Nothing more is written to a file that failed.
+    fn give_up_after(&mut self, failed: Option<io::Error>) -> Option<io::Error> {
+        if failed.is_some() {
+            self.recorder = None;
+        }
+        failed
+    }
+
+    /// What a `settle` line prints: everything that `raybomb render` needs for the same picture.
+    pub fn settle_report(&mut self, state: &State) -> String {
+        self.settles += 1;
+        let (width, height) = state.size_px();
+        let (camera, operations) = state.scene_text();
+        let (frame, last) = state.frame();
+        let report = json!({
+            "settled": self.settles,
+            "size": [width, height],
+            "view": format!("{:?}", state.wish().settings.mode).to_lowercase(),
+            "frame": frame,
+            "last_frame": last,
+            "camera": camera,
+            "operations": operations,
+        });
+        format!("{report}\n")
+    }
+}
+
+/// Sends the script line by line, and ends after the first bad one.
+fn read(source: impl Read, name: &str, send: impl Fn(NextLine)) {
+    for (number, text) in BufReader::new(source).lines().enumerate() {
+        let line = text
+            .map_err(|e| e.to_string())
+            .and_then(|text| read_line(&text))
+            .map_err(|why| format!("{name}:{}: {why}", number + 1));
+        match line {
+            Ok(None) => {}
+            Ok(line) => send(Ok(line)),
+            Err(why) => return send(Err(why)),
+        }
+    }
+    send(Ok(None));
+}
+
+/// Prints on the standard output; one that is closed is no reason to stop.
+pub fn print(text: &str) {
+    let mut out = io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}

@@ -1,0 +1,95 @@
+//! Playing: the keys of a player, and the bar of frames.
+
+use std::time::Duration;
+
+use super::{State, next};
+use crate::app::scrub::{Bar, BarWish};
+use crate::timeline::Order;
+
+/// How long the bar stays when the mouse rests.
+const BAR: Duration = Duration::from_secs(2);
+
+impl State {
+    pub(super) fn toggle_playback(&mut self, backwards: bool) {
+        if self.playback.is_playing() {
+            let frame = self.playback.pause();
+            self.report(format!("paused at frame {frame}"));
+            return;
+        }
+        self.playback.play(backwards);
+        // Nothing to play ends here.
+        if self.playback.advance(Duration::ZERO) {
+            let frame = self.playback.frame();
+            self.report(format!("playback ended at frame {frame}"));
+        }
+    }
+
+    pub(super) fn step_operation(&mut self, back: bool) {
+        let n = self.setting.timing.frames_per_op();
+        let frame = self.playback.pause();
+        self.playback.seek(if back {
+            frame.saturating_sub(1) / n * n
+        } else {
+            (frame / n + 1).saturating_mul(n)
+        });
+    }
+
+    pub(super) fn set_speed(&mut self, speed: f64) {
+        self.playback.set_speed(speed);
+        self.say(format!("speed {:.2}", self.playback.speed()));
+    }
+
+    pub(super) fn next_order(&mut self) {
+        let order = next(&Order::ALL, self.playback.order());
+        self.playback.set_order(order);
+        self.say(format!("play: {}", order.name()));
+    }
+
+    /// The first end of a loop, then the second, then none.
+    pub(super) fn mark_section(&mut self) {
+        let frame = self.playback.frame();
+        let line = match self.section_start.take() {
+            Some(start) if start != frame => {
+                let (a, b) = (start.min(frame), start.max(frame));
+                self.playback.set_section(Some((a, b)));
+                if self.playback.order() == Order::Once {
+                    self.playback.set_order(Order::Loop);
+                }
+                format!("loop from frame {a} to {b}")
+            }
+            Some(_) => "no loop".to_owned(),
+            None if self.playback.section().is_some() => {
+                self.playback.set_section(None);
+                "no loop".to_owned()
+            }
+            None => {
+                self.section_start = Some(frame);
+                format!("loop from frame {frame}")
+            }
+        };
+        self.say(line);
+    }
+
+    /// The mouse is at a place: near the lower border the bar is shown while it moves.
+    pub fn pointed_at(&mut self, place: (f64, f64)) {
+        let near = self.bar().is_some_and(|bar| bar.contains(place));
+        self.bar_until = near.then(|| self.now + BAR);
+    }
+
+    /// Where the bar is, or would be; `None` when there is one frame only or nothing may be drawn.
+    #[must_use]
+    pub fn bar(&self) -> Option<Bar> {
+        let last = self.playback.last_frame();
+        (self.setting.overlay && last > 0).then(|| Bar::new(self.size_px, self.scale_factor, last))
+    }
+
+    pub(super) fn bar_wish(&self) -> Option<BarWish> {
+        self.bar_until?;
+        Some(BarWish {
+            bar: self.bar()?,
+            frame: self.playback.frame(),
+            frames_per_op: self.setting.timing.frames_per_op(),
+            section: self.playback.section(),
+        })
+    }
+}

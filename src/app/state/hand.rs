@@ -1,0 +1,266 @@
+//! The hand on the camera: turns, drags, wheel, views, and what becomes of them in the list of moves.
+//!
+//! A turn about the format's pivot is a turn of the list; anything else moves the base camera.
+
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+
+use super::{State, Turning};
+use crate::app::action::Side;
+use crate::app::orbit::{self, OrbitStyle};
+use crate::scene::Axis;
+
+/// The turn of a tapped axis key, at once: 5 degrees.
+pub(super) const TAP_MICRO_RAD: f64 = 87_266.0;
+/// A key held longer than this turns on; a tap is shorter.
+const TAP: Duration = Duration::from_millis(250);
+/// A held key turns in steps of this length, counted from time 0: how often time is looked at does not matter.
+const TICK: Duration = Duration::from_millis(4);
+/// By so much each: a quarter turn in a second and a half.
+pub(super) const TICK_MICRO_RAD: f64 = 4_189.0;
+/// Notches of the wheel that a drag over the whole window is worth.
+const DOLLY_NOTCHES_PER_HEIGHT: f64 = 40.0;
+
+impl State {
+    pub(super) fn start_turn(&mut self, axis: Axis, reverse: bool) {
+        self.turning.retain(|t| t.axis != axis);
+        self.turning.push(Turning {
+            axis,
+            reverse,
+            on_from: self.now + TAP,
+        });
+        self.before_move();
+        self.moves.turn(axis, signed(TAP_MICRO_RAD, reverse));
+        self.after_move();
+    }
+
+    pub(super) fn stop_turn(&mut self, axis: Axis) {
+        self.turning.retain(|t| t.axis != axis);
+        self.end_if_idle();
+    }
+
+    /// Turns by what the held keys are worth between `before` and now.
+    pub(super) fn turn_on(&mut self, before: Duration) {
+        let ticks = |t: Duration| t.as_nanos() / TICK.as_nanos();
+        let first = self
+            .turning
+            .iter()
+            .map(|t| ticks(before.max(t.on_from)))
+            .min();
+        let Some(first) = first.filter(|first| *first < ticks(self.now)) else {
+            return;
+        };
+        self.before_move();
+        for tick in first..ticks(self.now) {
+            let due = |t: &&Turning| ticks(t.on_from) <= tick;
+            let alone = self.turning.iter().filter(due).count() == 1;
+            for t in self.turning.iter().filter(due) {
+                let micro = signed(TICK_MICRO_RAD, t.reverse);
+                if alone {
+                    self.moves.turn(t.axis, micro);
+                } else {
+                    self.moves.turn_among_others(t.axis, micro);
+                }
+            }
+        }
+        self.after_move();
+    }
+
+    pub(super) fn orbit(&mut self, dx_px: f64, dy_px: f64, only: Option<Axis>) {
+        self.take_back_key(only);
+        let (camera, height) = (self.camera(), self.height_px());
+        match only {
+            None => {
+                let turn = orbit::orbit(&camera, self.style(), dx_px, dy_px, height);
+                self.turn_about_pivot(orbit::rotation_of(turn));
+            }
+            Some(axis) => {
+                let angle_rad = orbit::orbit_about(&camera, axis, dx_px, dy_px, height);
+                if self.pivot.is_some() {
+                    let turn = orbit::direction(axis) * angle_rad;
+                    self.turn_about_pivot(orbit::rotation_of(turn));
+                } else {
+                    self.before_move();
+                    self.moves.turn(axis, angle_rad * 1e6);
+                    self.after_move();
+                }
+            }
+        }
+        self.dragging = true;
+    }
+
+    pub(super) fn roll(&mut self, dx_px: f64) {
+        let turn = orbit::roll(&self.camera(), dx_px, self.height_px());
+        self.turn_about_pivot(orbit::rotation_of(turn));
+        self.dragging = true;
+    }
+
+    pub(super) fn pan(&mut self, dx_px: f64, dy_px: f64) {
+        let view = self.view();
+        let step = view.dx * dx_px + view.dy * dy_px;
+        self.shift(orbit::pan(&self.camera(), self.pivot_point(), step));
+        self.dragging = true;
+    }
+
+    pub(super) fn dolly_drag(&mut self, dy_px: f64, at: Option<(f64, f64)>) {
+        let notches = -dy_px / self.height_px() * DOLLY_NOTCHES_PER_HEIGHT;
+        self.dolly(notches, at);
+        self.dragging = true;
+    }
+
+    pub(super) fn dolly(&mut self, notches: f64, at: Option<(f64, f64)>) {
+        let (camera, pivot) = (self.camera(), self.pivot_point());
+        let shift = match at {
+            None => orbit::dolly(&camera, pivot, notches),
+            Some(at) => orbit::dolly_towards(&camera, &self.view(), at, pivot, notches),
+        };
+        self.shift(shift);
+        self.end_if_idle();
+    }
+
+    pub(super) fn look(&mut self, from: Side, opposite: bool) {
+        let (direction, up) = match from {
+            Side::Front => (DVec3::NEG_Y, DVec3::Z),
+            Side::Right => (DVec3::X, DVec3::Z),
+            Side::Top => (DVec3::Z, DVec3::Y),
+            Side::Corner => (DVec3::new(1.0, -1.0, 1.0), DVec3::Z),
+        };
+        let direction = if opposite { -direction } else { direction };
+        self.let_go_of_all();
+        self.turn_about_pivot(orbit::facing(&self.camera(), direction, up));
+        self.end_if_idle();
+    }
+
+    pub(super) fn let_go(&mut self) {
+        self.dragging = false;
+        self.end_if_idle();
+    }
+
+    pub(super) fn let_go_of_all(&mut self) {
+        self.turning.clear();
+        self.let_go();
+    }
+
+    pub(super) fn toggle_turntable(&mut self) {
+        self.turntable = !self.turntable;
+        let style = match self.style() {
+            OrbitStyle::Trackball => "trackball".to_owned(),
+            OrbitStyle::Turntable(axis) => format!("turntable about {axis:?}").to_lowercase(),
+        };
+        self.say(style);
+    }
+
+    /// Without what the hand did. While playing, first only without what lies on top: it plays on.
+    pub(super) fn return_to_scene(&mut self) {
+        self.let_go_of_all();
+        if self.playback.is_playing() && self.moves.drop_on_top() {
+            return;
+        }
+        if self.moves.recorded().len() > 0 {
+            self.say("back to the scene: Ctrl+Z brings the recorded moves back".to_owned());
+        }
+        self.playback.stop();
+        self.moves.drop_all();
+        self.after_move();
+    }
+
+    pub(super) fn toggle_recording(&mut self) {
+        self.let_go_of_all();
+        self.recording = !self.recording;
+        if self.recording {
+            // New operations follow the last one: that is where they are seen.
+            self.playback.stop();
+            self.moves.record();
+            self.after_move();
+        }
+        let on = if self.recording { "on" } else { "off" };
+        self.say(format!("recording {on}"));
+    }
+
+    pub(super) fn undo(&mut self) {
+        self.let_go_of_all();
+        if !self.moves.undo() {
+            self.say("nothing to undo".to_owned());
+        }
+        self.after_move();
+    }
+
+    pub(super) fn redo(&mut self) {
+        self.let_go_of_all();
+        if !self.moves.redo() {
+            self.say("nothing to redo".to_owned());
+        }
+        self.after_move();
+    }
+
+    fn style(&self) -> OrbitStyle {
+        if self.turntable {
+            OrbitStyle::Turntable(orbit::spindle(&self.setting.base))
+        } else {
+            OrbitStyle::Trackball
+        }
+    }
+
+    fn height_px(&self) -> f64 {
+        // At most 16384 or so.
+        self.size_px.1 as f64
+    }
+
+    pub(super) fn pivot_point(&self) -> DVec3 {
+        self.pivot.unwrap_or(self.setting.pivot)
+    }
+
+    /// A key that names the axis of a drag was no turn: what it turned is taken back.
+    fn take_back_key(&mut self, only: Option<Axis>) {
+        if !self.dragging && self.turning.iter().any(|t| Some(t.axis) == only) {
+            self.turning.clear();
+            self.moves.take_back();
+        }
+    }
+
+    fn turn_about_pivot(&mut self, rotation: DQuat) {
+        self.before_move();
+        match self.pivot {
+            None => self.moves.turn_freely(rotation),
+            Some(pivot) => self.bake(|p| rotation * (p - pivot) + pivot),
+        }
+        self.after_move();
+    }
+
+    fn shift(&mut self, by: DVec3) {
+        self.before_move();
+        self.bake(|p| p + by);
+        self.after_move();
+    }
+
+    fn bake(&mut self, motion: impl Fn(DVec3) -> DVec3) {
+        let (turn, setting) = (self.turn(), &self.setting);
+        if !self.moves.bake(setting.base, turn, setting.pivot, motion) {
+            self.say("no scene file could hold that camera".to_owned());
+        }
+    }
+
+    fn before_move(&mut self) {
+        let to_film = self.recording && self.playback.is_at_end();
+        self.moves.set_recording(to_film);
+    }
+
+    /// Brings the film in line with what is recorded.
+    fn after_move(&mut self) {
+        self.film.truncate(self.setting.operations.len());
+        self.film.extend(self.moves.recorded());
+        self.playback
+            .set_last(self.setting.timing.last_frame(&self.film));
+    }
+
+    fn end_if_idle(&mut self) {
+        if !self.dragging && self.turning.is_empty() {
+            self.moves.end();
+        }
+    }
+}
+
+fn signed(size: f64, reverse: bool) -> f64 {
+    if reverse { -size } else { size }
+}

@@ -167,6 +167,9 @@ pub struct BenchArgs {
     /// What to measure
     #[arg(long, value_name = "WORKLOAD", value_enum, default_value = "primary")]
     pub workload: Workload,
+    /// Build the coarse tree: sooner there, slower frames, the same pictures
+    #[arg(long)]
+    pub coarse: bool,
     /// How often, after one run that does not count
     #[arg(long, value_name = "N", default_value = "30", value_parser = values::count, allow_hyphen_values = true)]
     pub frames: u32,

@@ -12,6 +12,7 @@ use super::console::print;
 use super::exit::{Failure, Outcome};
 use super::load::{Source, is_stdin, renderer};
 use super::values::{ENGINES, name_of};
+use crate::bvh::Quality;
 use crate::camera::{Camera, Pivot, View};
 use crate::export::{Hasher, picture_hash};
 use crate::frame::{Frame, Hits};
@@ -74,7 +75,8 @@ impl<'a> Bench<'a> {
         let renderer = renderer(args.machine.threads)?;
         let scene = parse_file(&renderer, &args.scene)?;
         let start = Instant::now();
-        let world = renderer.install(|| World::compile(&scene));
+        let quality = quality(args);
+        let world = renderer.install(|| World::with_quality(&scene, quality));
         let build_time = start.elapsed();
         Ok(Bench {
             view: still_view(args, &scene, &world),
@@ -113,7 +115,10 @@ impl<'a> Bench<'a> {
             // The last one goes before the time starts.
             *world = None;
             timed(|| {
-                *world = Some(self.renderer.install(|| World::compile(&self.scene)));
+                *world = Some(
+                    self.renderer
+                        .install(|| World::with_quality(&self.scene, quality(self.args))),
+                );
                 Ok(())
             })
         };
@@ -234,6 +239,8 @@ impl<'a> Bench<'a> {
             },
             bytes_per_triangle: self.world.bytes() as f64 / triangles.max(1) as f64,
             stages: None,
+            coarse: args.coarse,
+            mtris_s: build.then(|| triangles as f64 / median_ms / 1e3),
         }
     }
 }
@@ -241,6 +248,14 @@ impl<'a> Bench<'a> {
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
     renderer.install(|| source.parse())
+}
+
+fn quality(args: &BenchArgs) -> Quality {
+    if args.coarse {
+        Quality::Coarse
+    } else {
+        Quality::Fine
+    }
 }
 
 /// The still picture: what `render` shows.
@@ -315,6 +330,10 @@ struct Report {
     mrays_s: Option<f64>,
     build_ms: f64,
     bytes_per_triangle: f64,
+    /// The tree was built by the coarse builder.
+    coarse: bool,
+    /// Million triangles a second, from the median; `null` where no building is measured.
+    mtris_s: Option<f64>,
     /// With `--stages`.
     #[serde(skip_serializing_if = "Option::is_none")]
     stages: Option<StagesReport>,
@@ -347,10 +366,14 @@ impl Report {
         let rays = self
             .mrays_s
             .map_or_else(String::new, |m| format!(", {m:.1} Mray/s"));
+        let built = self
+            .mtris_s
+            .map_or_else(String::new, |m| format!(", {m:.2} Mtri/s"));
+        let quality = if self.coarse { "coarse " } else { "" };
         format!(
             "{}: {} triangles, {}x{}\n\
-             {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}\n\
-             build {:.1} ms, {:.1} bytes a triangle{}",
+             {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}{built}\n\
+             {quality}build {:.1} ms, {:.1} bytes a triangle{}",
             self.scene,
             self.triangles,
             self.width,

@@ -101,7 +101,8 @@ fn info_of_a_scene_without_triangles_has_no_bounds() {
 }
 
 const BENCH_FIELDS: &str = "scene, workload, engine, kernel, threads, width, height, triangles, frames, \
-                            median_ms, min_ms, mrays_s, build_ms, bytes_per_triangle";
+                            median_ms, min_ms, mrays_s, build_ms, bytes_per_triangle, \
+                            coarse, mtris_s";
 
 #[test]
 fn bench_prints_the_fields_of_the_contract_in_their_order() {
@@ -134,7 +135,7 @@ fn bench_prints_the_fields_of_the_contract_in_their_order() {
                 .1;
         }
         let report: Value = serde_json::from_str(&run.stdout).expect("JSON");
-        assert_eq!(report.as_object().expect("an object").len(), 14);
+        assert_eq!(report.as_object().expect("an object").len(), 16);
         assert_eq!(report["scene"], "scene");
         assert_eq!(report["workload"], workload);
         assert_eq!(
@@ -152,6 +153,8 @@ fn bench_prints_the_fields_of_the_contract_in_their_order() {
         assert!(report["median_ms"].as_f64() >= report["min_ms"].as_f64());
         let rays = matches!(workload, "primary" | "shaded");
         assert_eq!(report["mrays_s"].is_number(), rays, "{workload}");
+        let built = workload == "build";
+        assert_eq!(report["mtris_s"].is_number(), built, "{workload}");
     }
 }
 

@@ -2,9 +2,12 @@
 //!
 //! One thread is steadier on a busy machine when the system pins it: `taskset -c 1 raybomb bench --threads 1 ..`.
 
+mod rays;
+
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::args::{BenchArgs, Workload};
@@ -14,11 +17,15 @@ use super::load::{Source, is_stdin, renderer};
 use super::values::{ENGINES, name_of};
 use crate::camera::{Camera, Pivot, View};
 use crate::export::{Hasher, picture_hash};
-use crate::frame::{Frame, Hits};
-use crate::render::{Progress, Renderer, Settings};
+use crate::frame::{Frame, Hit, Hits, MISS};
+use crate::render::{Engine, Progress, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
+use crate::trace::free::{FreeTracer, Ray};
 use crate::world::World;
+
+/// Rays that a thread takes at once.
+const RAYS_AT_ONCE: usize = 8192;
 
 /// Measures what `args` ask for and prints it.
 ///
@@ -31,14 +38,26 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
                 .to_owned(),
         ));
     }
+    let free = matches!(
+        args.workload,
+        Workload::Shadow | Workload::Bounce | Workload::Random
+    );
+    if free && args.machine.engine != Engine::Fast {
+        return Err(Failure::Usage(
+            "--workload shadow, bounce and random: only --engine fast traces such rays".to_owned(),
+        ));
+    }
     let bench = Bench::load(args, progress)?;
-    let times = match args.workload {
+    let measured = match args.workload {
         Workload::Primary => bench.primary()?,
         Workload::Shaded => bench.shaded()?,
+        Workload::Shadow => bench.shadow()?,
+        Workload::Bounce => bench.bounce()?,
+        Workload::Random => bench.random()?,
         Workload::Build => bench.build()?,
         Workload::Load => bench.load_again()?,
     };
-    let report = bench.report(times);
+    let report = bench.report(measured);
     if args.json {
         let json = serde_json::to_string(&report)
             .map_err(|e| Failure::Failed(format!("cannot write JSON: {e}")))?;
@@ -86,20 +105,93 @@ impl<'a> Bench<'a> {
     }
 
     /// One ray a pixel into numbers and distances.
-    fn primary(&self) -> Result<Vec<Duration>, Failure> {
+    fn primary(&self) -> Result<Measured, Failure> {
         let mut hits = Hits::default();
-        self.repeat(|| {
+        let times = self.repeat(|| {
             let start = Instant::now();
             self.trace(&self.world, &mut hits)?;
-            Ok((start.elapsed(), hits_hash(&hits)))
+            Ok((start.elapsed(), hits_hash(&hits.pixels)))
+        })?;
+        Ok(Measured::of_hits(times, &hits.pixels))
+    }
+
+    /// Rays to the light.
+    fn shadow(&self) -> Result<Measured, Failure> {
+        let rays = self.rays_of_picture(rays::to_light)?;
+        let mut hits = vec![false; rays.len()];
+        let times = self.repeat(|| {
+            let start = Instant::now();
+            self.each_chunk(&rays, &mut hits, |tracer, rays, hits| {
+                tracer.any_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+            });
+            Ok((start.elapsed(), hits.clone()))
+        })?;
+        let mut hasher = Hasher::default();
+        hasher.update(&hits.iter().map(|&hit| u8::from(hit)).collect::<Vec<_>>());
+        Ok(Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: hits.len(),
+                hits: Some(hits.iter().filter(|&&hit| hit).count()),
+                hash: hasher.finish(),
+            }),
         })
     }
 
+    /// Mirror rays.
+    fn bounce(&self) -> Result<Measured, Failure> {
+        self.closest(&self.rays_of_picture(rays::mirrored)?)
+    }
+
+    /// Rays that have nothing in common.
+    fn random(&self) -> Result<Measured, Failure> {
+        let pixels = self.args.size.width * self.args.size.height;
+        self.closest(&rays::random(self.world.bounds(), pixels))
+    }
+
+    fn closest(&self, rays: &[Ray]) -> Result<Measured, Failure> {
+        let mut hits = vec![Hit::NONE; rays.len()];
+        let times = self.repeat(|| {
+            let start = Instant::now();
+            self.each_chunk(rays, &mut hits, |tracer, rays, hits| {
+                tracer.closest_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+            });
+            Ok((start.elapsed(), hits_hash(&hits)))
+        })?;
+        Ok(Measured::of_hits(times, &hits))
+    }
+
+    /// Rays made from what the picture shows.
+    fn rays_of_picture(
+        &self,
+        make: fn(&Scene, &World, &View, &Hits) -> Vec<Ray>,
+    ) -> Result<Vec<Ray>, Failure> {
+        let mut hits = Hits::default();
+        self.trace(&self.world, &mut hits)?;
+        Ok(make(&self.scene, &self.world, &self.view, &hits))
+    }
+
+    /// Traces all rays on all threads.
+    fn each_chunk<H: Send>(
+        &self,
+        rays: &[Ray],
+        hits: &mut [H],
+        trace: impl Fn(&mut FreeTracer, &[Ray], &mut [H]) + Sync,
+    ) {
+        self.renderer.install(|| {
+            rays.par_chunks(RAYS_AT_ONCE)
+                .zip(hits.par_chunks_mut(RAYS_AT_ONCE))
+                .for_each_init(FreeTracer::default, |tracer, (rays, hits)| {
+                    trace(tracer, rays, hits);
+                });
+        });
+    }
+
     /// The whole picture.
-    fn shaded(&self) -> Result<Vec<Duration>, Failure> {
+    fn shaded(&self) -> Result<Measured, Failure> {
         let mut frame = Frame::default();
         let settings = self.settings();
-        self.repeat(|| {
+        let times = self.repeat(|| {
             let start = Instant::now();
             self.renderer.picture(
                 &self.world,
@@ -109,30 +201,40 @@ impl<'a> Bench<'a> {
                 self.progress,
             )?;
             Ok((start.elapsed(), picture_hash(&frame)))
+        })?;
+        Ok(Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: frame.pixels.len(),
+                hits: None,
+                hash: picture_hash(&frame),
+            }),
         })
     }
 
     /// From the scene to the world; what is compared is what its rays hit.
-    fn build(&self) -> Result<Vec<Duration>, Failure> {
+    fn build(&self) -> Result<Measured, Failure> {
         let mut hits = Hits::default();
-        self.repeat(|| {
+        let times = self.repeat(|| {
             let start = Instant::now();
             let world = self.renderer.install(|| World::compile(&self.scene));
             let time = start.elapsed();
             self.trace(&world, &mut hits)?;
-            Ok((time, hits_hash(&hits)))
-        })
+            Ok((time, hits_hash(&hits.pixels)))
+        })?;
+        Ok(Measured { times, rays: None })
     }
 
     /// From the file to the scene.
-    fn load_again(&self) -> Result<Vec<Duration>, Failure> {
-        self.repeat(|| {
+    fn load_again(&self) -> Result<Measured, Failure> {
+        let times = self.repeat(|| {
             let start = Instant::now();
             let scene = parse_file(&self.renderer, &self.args.scene)?;
             let time = start.elapsed();
             let same = scene == self.scene;
             Ok((time, same))
-        })
+        })?;
+        Ok(Measured { times, rays: None })
     }
 
     fn trace(&self, world: &World, hits: &mut Hits) -> Outcome {
@@ -162,19 +264,21 @@ impl<'a> Bench<'a> {
         Ok(times)
     }
 
-    fn report(&self, mut times: Vec<Duration>) -> Report {
+    fn report(&self, measured: Measured) -> Report {
+        let Measured { mut times, rays } = measured;
         times.sort();
         let median_ms = median_ms(&times);
         let args = self.args;
         let triangles = self.world.triangle_count();
         let build = args.workload == Workload::Build;
-        let rays = matches!(args.workload, Workload::Primary | Workload::Shaded)
-            .then(|| (args.size.width * args.size.height) as f64);
         Report {
             scene: scene_name(&args.scene),
             workload: match args.workload {
                 Workload::Primary => "primary",
                 Workload::Shaded => "shaded",
+                Workload::Shadow => "shadow",
+                Workload::Bounce => "bounce",
+                Workload::Random => "random",
                 Workload::Build => "build",
                 Workload::Load => "load",
             },
@@ -187,13 +291,43 @@ impl<'a> Bench<'a> {
             frames: args.frames,
             median_ms,
             min_ms: ms(times[0]),
-            mrays_s: rays.map(|rays| rays / median_ms / 1e3),
+            mrays_s: rays.as_ref().map(|r| r.rays as f64 / median_ms / 1e3),
             build_ms: if build {
                 median_ms
             } else {
                 ms(self.build_time)
             },
             bytes_per_triangle: self.world.bytes() as f64 / triangles.max(1) as f64,
+            rays: rays.as_ref().map(|r| r.rays),
+            hits: rays.as_ref().and_then(|r| r.hits),
+            hash: rays.map(|r| r.hash),
+        }
+    }
+}
+
+/// What a workload took, and what came out.
+struct Measured {
+    times: Vec<Duration>,
+    rays: Option<RayCounts>,
+}
+
+/// Rays and what they hit.
+struct RayCounts {
+    rays: usize,
+    hits: Option<usize>,
+    /// Of all results: the same for every kernel and number of threads.
+    hash: String,
+}
+
+impl Measured {
+    fn of_hits(times: Vec<Duration>, hits: &[Hit]) -> Measured {
+        Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: hits.len(),
+                hits: Some(hits.iter().filter(|hit| hit.id != MISS).count()),
+                hash: hits_hash(hits),
+            }),
         }
     }
 }
@@ -216,10 +350,10 @@ fn still_view(args: &BenchArgs, scene: &Scene, world: &World) -> View {
     )
 }
 
-fn hits_hash(hits: &Hits) -> String {
+fn hits_hash(hits: &[Hit]) -> String {
     let mut hasher = Hasher::default();
     let mut bytes = Vec::new();
-    for hits in hits.pixels.chunks(4096) {
+    for hits in hits.chunks(4096) {
         bytes.clear();
         for hit in hits {
             bytes.extend(hit.id.to_le_bytes());
@@ -268,6 +402,12 @@ struct Report {
     mrays_s: Option<f64>,
     build_ms: f64,
     bytes_per_triangle: f64,
+    /// `null` where none are measured.
+    rays: Option<usize>,
+    /// How many of them hit something; `null` where it is not counted.
+    hits: Option<usize>,
+    /// SHA-256 of the results.
+    hash: Option<String>,
 }
 
 impl Report {
@@ -275,10 +415,14 @@ impl Report {
         let rays = self
             .mrays_s
             .map_or_else(String::new, |m| format!(", {m:.1} Mray/s"));
+        let counts = match (self.rays, self.hits) {
+            (Some(rays), Some(hits)) => format!("\n{rays} rays, {hits} hits"),
+            _ => String::new(),
+        };
         format!(
             "{}: {} triangles, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}\n\
-             build {:.1} ms, {:.1} bytes a triangle",
+             build {:.1} ms, {:.1} bytes a triangle{counts}",
             self.scene,
             self.triangles,
             self.width,
@@ -312,8 +456,8 @@ mod tests {
     fn hits_that_differ_in_one_distance_hash_differently() {
         let mut hits = Hits::default();
         hits.resize(3, 2);
-        let before = hits_hash(&hits);
+        let before = hits_hash(&hits.pixels);
         hits.pixels[5].t = 1.0;
-        assert_ne!(hits_hash(&hits), before);
+        assert_ne!(hits_hash(&hits.pixels), before);
     }
 }

@@ -9,6 +9,7 @@ mod coverage;
 pub mod depth;
 mod doubt;
 pub mod exact;
+pub mod free;
 mod frustum;
 mod leaf;
 mod raster;

@@ -214,7 +214,7 @@ fn lifted_origins_do_not_hit_their_own_surface() {
 }
 
 #[test]
-fn a_picked_ray_finds_what_the_picture_shows() {
+fn a_picked_pixel_is_what_the_picture_shows() {
     let mut random = Random::new(9);
     let world = World::compile(&scene(soup(&mut random, 200)));
     let camera = look_at(Vec3::new(0.5, 1.0, 4.0), Vec3::ZERO, 0.5, 1.0);
@@ -233,9 +233,13 @@ fn a_picked_ray_finds_what_the_picture_shows() {
         .expect("nobody cancels");
     let mut differing = 0;
     for (i, shown) in hits.pixels.iter().enumerate() {
-        let dir = view.direction(i % 48, i / 48).as_vec3();
-        let picked = free::closest_hit(Kernel::best(), &world, &Ray::new(view.eye, dir));
-        differing += usize::from(picked.map_or(MISS, |p| p.triangle) != shown.id);
+        let (x, y) = (i % 48, i / 48);
+        let picked = free::pick_pixel(Kernel::best(), &world, &view, x, y);
+        let picked = picked.map_or((MISS, f32::INFINITY), |p| (p.triangle, p.t));
+        assert_eq!(picked, (shown.id, shown.t), "pixel {x}, {y}");
+        let ray = Ray::new(view.eye, view.direction(x, y).as_vec3());
+        let met = free::closest_hit(Kernel::best(), &world, &ray);
+        differing += usize::from(met.map_or(MISS, |p| p.triangle) != shown.id);
     }
     // The two rules round a corner in frames of their own: at outlines they may differ.
     assert!(

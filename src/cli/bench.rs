@@ -22,6 +22,7 @@ use crate::render::{Engine, Progress, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
 use crate::trace::free::{FreeTracer, Ray};
+use crate::trace::light::LightGrid;
 use crate::world::World;
 
 /// Rays that a thread takes at once.
@@ -117,12 +118,15 @@ impl<'a> Bench<'a> {
 
     /// Rays to the light.
     fn shadow(&self) -> Result<Measured, Failure> {
-        let rays = self.rays_of_picture(rays::to_light)?;
-        let mut hits = vec![false; rays.len()];
+        let origins = self.of_picture(rays::lit)?;
+        let start = Instant::now();
+        let grid = self.renderer.install(|| LightGrid::build(&self.world));
+        let build_time = start.elapsed();
+        let mut hits = vec![false; origins.len()];
         let times = self.repeat(|| {
             let start = Instant::now();
-            self.each_chunk(&rays, &mut hits, |tracer, rays, hits| {
-                tracer.any_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+            self.each_chunk(&origins, &mut hits, |tracer, origins, hits| {
+                grid.hidden(self.args.machine.kernel, &self.world, tracer, origins, hits);
             });
             Ok((start.elapsed(), hits.clone()))
         })?;
@@ -135,12 +139,16 @@ impl<'a> Bench<'a> {
                 hits: Some(hits.iter().filter(|&&hit| hit).count()),
                 hash: hasher.finish(),
             }),
+            extra: Extra {
+                build_time,
+                bytes: grid.bytes(),
+            },
         })
     }
 
     /// Mirror rays.
     fn bounce(&self) -> Result<Measured, Failure> {
-        self.closest(&self.rays_of_picture(rays::mirrored)?)
+        self.closest(&self.of_picture(rays::mirrored)?)
     }
 
     /// Rays that have nothing in common.
@@ -161,22 +169,22 @@ impl<'a> Bench<'a> {
         Ok(Measured::of_hits(times, &hits))
     }
 
-    /// Rays made from what the picture shows.
-    fn rays_of_picture(
+    /// Rays or origins made from what the picture shows.
+    fn of_picture<R>(
         &self,
-        make: fn(&Scene, &World, &View, &Hits) -> Vec<Ray>,
-    ) -> Result<Vec<Ray>, Failure> {
+        make: fn(&Scene, &World, &View, &Hits) -> Vec<R>,
+    ) -> Result<Vec<R>, Failure> {
         let mut hits = Hits::default();
         self.trace(&self.world, &mut hits)?;
         Ok(make(&self.scene, &self.world, &self.view, &hits))
     }
 
     /// Traces all rays on all threads.
-    fn each_chunk<H: Send>(
+    fn each_chunk<R: Sync, H: Send>(
         &self,
-        rays: &[Ray],
+        rays: &[R],
         hits: &mut [H],
-        trace: impl Fn(&mut FreeTracer, &[Ray], &mut [H]) + Sync,
+        trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
     ) {
         self.renderer.install(|| {
             rays.par_chunks(RAYS_AT_ONCE)
@@ -209,6 +217,7 @@ impl<'a> Bench<'a> {
                 hits: None,
                 hash: picture_hash(&frame),
             }),
+            extra: Extra::default(),
         })
     }
 
@@ -222,7 +231,11 @@ impl<'a> Bench<'a> {
             self.trace(&world, &mut hits)?;
             Ok((time, hits_hash(&hits.pixels)))
         })?;
-        Ok(Measured { times, rays: None })
+        Ok(Measured {
+            times,
+            rays: None,
+            extra: Extra::default(),
+        })
     }
 
     /// From the file to the scene.
@@ -234,7 +247,11 @@ impl<'a> Bench<'a> {
             let same = scene == self.scene;
             Ok((time, same))
         })?;
-        Ok(Measured { times, rays: None })
+        Ok(Measured {
+            times,
+            rays: None,
+            extra: Extra::default(),
+        })
     }
 
     fn trace(&self, world: &World, hits: &mut Hits) -> Outcome {
@@ -265,7 +282,11 @@ impl<'a> Bench<'a> {
     }
 
     fn report(&self, measured: Measured) -> Report {
-        let Measured { mut times, rays } = measured;
+        let Measured {
+            mut times,
+            rays,
+            extra,
+        } = measured;
         times.sort();
         let median_ms = median_ms(&times);
         let args = self.args;
@@ -295,9 +316,9 @@ impl<'a> Bench<'a> {
             build_ms: if build {
                 median_ms
             } else {
-                ms(self.build_time)
+                ms(self.build_time + extra.build_time)
             },
-            bytes_per_triangle: self.world.bytes() as f64 / triangles.max(1) as f64,
+            bytes_per_triangle: (self.world.bytes() + extra.bytes) as f64 / triangles.max(1) as f64,
             rays: rays.as_ref().map(|r| r.rays),
             hits: rays.as_ref().and_then(|r| r.hits),
             hash: rays.map(|r| r.hash),
@@ -309,6 +330,14 @@ impl<'a> Bench<'a> {
 struct Measured {
     times: Vec<Duration>,
     rays: Option<RayCounts>,
+    extra: Extra,
+}
+
+/// What a workload builds beside the world.
+#[derive(Default)]
+struct Extra {
+    build_time: Duration,
+    bytes: usize,
 }
 
 /// Rays and what they hit.
@@ -328,6 +357,7 @@ impl Measured {
                 hits: Some(hits.iter().filter(|hit| hit.id != MISS).count()),
                 hash: hits_hash(hits),
             }),
+            extra: Extra::default(),
         }
     }
 }

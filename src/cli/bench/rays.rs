@@ -23,16 +23,16 @@ struct Point {
     normal: DVec3,
 }
 
-/// Rays toward the light from every point that is turned to it, on the side that the picture shows.
-pub fn to_light(scene: &Scene, world: &World, view: &View, hits: &Hits) -> Vec<Ray> {
-    let mut rays = Vec::new();
+/// Every point that is turned to the light, on the side that the picture shows.
+pub fn lit(scene: &Scene, world: &World, view: &View, hits: &Hits) -> Vec<Vec3> {
+    let mut origins = Vec::new();
     let to_light = -world.light();
     each_point(scene, world, view, hits, |point| {
         if point.normal.dot(to_light) > 0.0 {
-            rays.push(Ray::new(point.origin, to_light.as_vec3()));
+            origins.push(point.origin);
         }
     });
-    rays
+    origins
 }
 
 /// Mirror rays from every point, of unit length.

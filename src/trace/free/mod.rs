@@ -4,6 +4,8 @@
 //! triangles are tested as many at a time as there are lanes. What decides is [`rule`]: exact arithmetic, the same
 //! for every width; the lanes only sort out what is certainly missed ([`leaf`]).
 //!
+//! [`pick_pixel`] tells what a picture shows at a pixel, [`closest_hit`] what any ray meets.
+//!
 //! # Rays that leave a surface
 //! A ray that starts at a point on a triangle should not hit that triangle again. The point of a hit is rounded, so
 //! it may lie on either side of the plane. The way to do it here: move the origin off the surface, to the side that
@@ -17,10 +19,14 @@ mod leaf;
 pub mod rule;
 mod walk;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 pub use walk::FreeTracer;
 
+use super::tile::pixel_offset;
+use super::{Rig, TILE, Tracer};
+use crate::camera::View;
+use crate::frame::{Hit, MISS};
 use crate::geometry::Aabb;
 use crate::simd::Kernel;
 use crate::world::World;
@@ -75,18 +81,46 @@ pub struct Pick {
     pub point: Vec3,
 }
 
+impl Pick {
+    fn new(hit: Hit, origin: Vec3, dir: DVec3) -> Option<Pick> {
+        (hit.id != MISS).then(|| Pick {
+            triangle: hit.id,
+            t: hit.t,
+            point: (origin.as_dvec3() + dir * f64::from(hit.t)).as_vec3(),
+        })
+    }
+}
+
+/// What pixel (`x`, `y`) of a picture shows, to the bit: it traces the pixel's tile as the picture does. (A free
+/// ray through the pixel rounds corners in another frame; at outlines of triangles it may meet another one.)
+///
+/// # Panics
+/// When this CPU lacks `kernel`.
+#[must_use]
+pub fn pick_pixel(kernel: Kernel, world: &World, view: &View, x: usize, y: usize) -> Option<Pick> {
+    let bvh = world.bvh();
+    let rig = Rig::new(view, bvh.bounds);
+    let mut tracer = Tracer::default();
+    let (left, top) = (x - x % TILE, y - y % TILE);
+    if !tracer.trace::<false>(kernel, bvh, &rig.tile(left, top)) {
+        return None;
+    }
+    let at = pixel_offset(x - left, y - top);
+    let (id, z) = (tracer.tile().id[at], tracer.tile().z[at]);
+    let hit = bvh.file_ids.get(id as usize).map(|&id| Hit {
+        id,
+        t: 1.0 / z * rig.t_per_w(),
+    })?;
+    Pick::new(hit, view.eye, view.direction(x, y))
+}
+
 /// The first hit of one ray. For many rays, [`FreeTracer`] is faster.
 ///
 /// # Panics
 /// When this CPU lacks `kernel`.
 #[must_use]
 pub fn closest_hit(kernel: Kernel, world: &World, ray: &Ray) -> Option<Pick> {
-    let mut hit = [crate::frame::Hit::NONE];
+    let mut hit = [Hit::NONE];
     FreeTracer::default().closest_hits(kernel, world.bvh(), &[*ray], &mut hit);
-    let [hit] = hit;
-    (hit.id != crate::frame::MISS).then(|| Pick {
-        triangle: hit.id,
-        t: hit.t,
-        point: (ray.origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(hit.t)).as_vec3(),
-    })
+    Pick::new(hit[0], ray.origin, ray.dir.as_dvec3())
 }

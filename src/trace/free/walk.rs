@@ -47,8 +47,14 @@ impl FreeTracer {
     pub fn any_hits(&mut self, kernel: Kernel, bvh: &Bvh, rays: &[Ray], hits: &mut [bool]) {
         assert_eq!(rays.len(), hits.len(), "an answer for each ray");
         dispatch!(kernel, simd => for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.trace::<_, true>(simd, bvh, ray).id != MISS;
+            *hit = self.hits_any(simd, bvh, ray);
         });
+    }
+
+    /// Whether a ray hits anything.
+    #[inline(always)]
+    pub(in crate::trace) fn hits_any<S: Lanes>(&mut self, simd: S, bvh: &Bvh, ray: &Ray) -> bool {
+        self.trace::<_, true>(simd, bvh, ray).id != MISS
     }
 
     /// The nearest hit, or with `ANY` the first one that is found.

@@ -189,6 +189,7 @@ impl<'a> Bench<'a> {
         self.renderer.install(|| {
             rays.par_chunks(RAYS_AT_ONCE)
                 .zip(hits.par_chunks_mut(RAYS_AT_ONCE))
+                .with_max_len(1)
                 .for_each_init(FreeTracer::default, |tracer, (rays, hits)| {
                     trace(tracer, rays, hits);
                 });

@@ -188,6 +188,12 @@ pub enum Workload {
     Primary,
     /// The whole picture
     Shaded,
+    /// One ray to the light from every point of the picture that is turned to it: does anything hide it?
+    Shadow,
+    /// One mirror ray from every point of the picture
+    Bounce,
+    /// As many rays as the picture has pixels, from random points in random directions
+    Random,
     /// From the scene to its BVH
     Build,
     /// From the file to the scene

@@ -58,6 +58,7 @@ fn the_help_of_each_command_has_its_options_and_no_others() {
         "--engine",
         "--workload",
         "--coarse",
+        "--stages",
         "--frames",
         "--json",
     ];

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{ball, look_at, scene};
+use common::{ball, look_at, scene, soup};
 use glam::Vec3;
 use raybomb::camera::View;
 use raybomb::frame::{Hit, Hits, MISS};
@@ -47,16 +47,6 @@ fn compare(name: &str, world: &World, rays: &[Ray]) -> Vec<Hit> {
 
 fn hit_count(hits: &[Hit]) -> usize {
     hits.iter().filter(|h| h.id != MISS).count()
-}
-
-/// Triangles of very different sizes about the origin.
-fn soup(random: &mut Random, n: usize) -> Vec<[Vec3; 3]> {
-    (0..n)
-        .map(|_| {
-            let (at, size) = (random.point(), 10f32.powf(random.range(-3.0, 0.3)));
-            [(); 3].map(|()| at + random.point() * size)
-        })
-        .collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{ball, scene};
+use common::{ball, scene, soup};
 use glam::Vec3;
 use raybomb::frame::MISS;
 use raybomb::geometry::unit_normal;
@@ -49,15 +49,6 @@ const LIGHTS: [Vec3; 5] = [
     Vec3::new(1.0, -1.0, 1.0),
     Vec3::new(0.3, 0.9, -0.91),
 ];
-
-fn soup(random: &mut Random, n: usize) -> Vec<[Vec3; 3]> {
-    (0..n)
-        .map(|_| {
-            let (at, size) = (random.point(), 10f32.powf(random.range(-3.0, 0.3)));
-            [(); 3].map(|()| at + random.point() * size)
-        })
-        .collect()
-}
 
 #[test]
 fn random_origins_are_hidden_as_every_triangle_says() {

@@ -23,6 +23,7 @@ pub use stats::BvhStats;
 pub use validate::Invalid;
 
 use crate::geometry::Aabb;
+use crate::raw::prefetch;
 use crate::scene::Triangle;
 
 /// How much work goes into a tree. What is hit does not depend on it.
@@ -100,6 +101,20 @@ impl Bvh {
     #[must_use]
     pub fn leaf(&self, first: usize) -> Leaf<'_> {
         Leaf::new(&self.lines[first..])
+    }
+
+    /// Asks for all lines of a child, so that they are there when it is looked at.
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        if child.is_leaf() {
+            for line in 0..1 + 3 * child.chunks() {
+                prefetch(&self.lines, child.index(), line);
+            }
+        } else {
+            for line in 0..size_of::<Node>() / 64 {
+                prefetch(&self.nodes, child.index(), line);
+            }
+        }
     }
 
     /// All leaves, in the order of their lines.

@@ -5,7 +5,6 @@ use super::rule::{self, Meeting};
 use super::{Ray, brute, leaf};
 use crate::bvh::{Bvh, Child, Leaf, Node};
 use crate::frame::{Hit, MISS};
-use crate::raw::prefetch;
 use crate::simd::{
     Kernel, Lanes, SimdBase, SimdFloat, SimdMask, VertexScratch, dispatch, f32x8, lanes,
 };
@@ -203,7 +202,7 @@ fn push(
         let i = met.trailing_zeros() as usize & 7;
         *met &= *met - 1;
         let child = node.children[i];
-        ask_for(bvh, child);
+        bvh.prefetch(child);
         let entry = u64::from(near[i].to_bits()) << 32 | u64::from(child.0);
         let mut at = top;
         while at > depth && stack[at - 1] < entry {
@@ -214,18 +213,4 @@ fn push(
         top += 1;
     }
     top - 1
-}
-
-/// Asks for all lines of a child.
-#[inline(always)]
-fn ask_for(bvh: &Bvh, child: Child) {
-    if child.is_leaf() {
-        for line in 0..1 + 3 * child.chunks() {
-            prefetch(&bvh.lines, child.index(), line);
-        }
-    } else {
-        for line in 0..size_of::<Node>() / 64 {
-            prefetch(&bvh.nodes, child.index(), line);
-        }
-    }
 }

@@ -11,7 +11,7 @@ use super::console::{color, say};
 use super::exit::Failure;
 use super::values::Size;
 use crate::camera::{Camera, View};
-use crate::render::{Renderer, Settings};
+use crate::render::{Renderer, Samples, Settings};
 use crate::scene::{self, Scene};
 use crate::timeline::{Timing, camera_at};
 use crate::world::World;
@@ -93,6 +93,8 @@ pub struct Stage {
     pub renderer: Renderer,
     /// What the pictures show.
     pub settings: Settings,
+    /// Samples a pixel.
+    pub samples: Samples,
     /// The scene's camera before any operation.
     pub base: Camera,
     /// What the operations turn about.
@@ -121,6 +123,7 @@ impl Stage {
         let base = Camera::of_scene(&scene, world.bounds());
         Ok(Stage {
             settings: picture.settings(),
+            samples: picture.aa,
             pivot: picture.pivot.point(world.bounds()),
             timing: time.timing(),
             size: picture.size,

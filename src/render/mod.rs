@@ -3,6 +3,7 @@
 //! The window and the files get their pictures from the same [`Renderer`], so they are the same bits.
 
 mod hit_plane;
+mod samples;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,6 +21,7 @@ use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, TILE, Tile, TileSpace, Tracer, brute};
 use crate::world::World;
+pub use samples::{Refinement, Samples};
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

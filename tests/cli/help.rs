@@ -6,9 +6,10 @@ use crate::support::Folder;
 
 const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
 
-const PICTURE: [&str; 8] = [
+const PICTURE: [&str; 9] = [
     "--size",
     "--view",
+    "--aa",
     "--engine",
     "--kernel",
     "--threads",

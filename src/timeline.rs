@@ -110,6 +110,20 @@ impl Playback {
         }
     }
 
+    /// Other operations take the place of the old ones: the frame and the playing stay where they are as far as there
+    /// are frames; the still picture stays the still picture.
+    pub fn set_operations(&mut self, timing: Timing, operations: &[Operation]) {
+        let last = timing.last_frame(operations);
+        if let Motion::Standing { frame } = &mut self.motion {
+            *frame = if *frame == self.last {
+                last
+            } else {
+                last.min(*frame)
+            };
+        }
+        self.last = last;
+    }
+
     /// The number of the frame to show.
     #[must_use]
     pub fn frame(&self) -> u64 {
@@ -263,6 +277,21 @@ mod tests {
         assert!(p.advance(1e300));
         assert!(!p.advance(1.0));
         assert_eq!((p.frame(), p.next_frame_in_s()), (48, None));
+    }
+
+    #[test]
+    fn other_operations_keep_the_frame_as_far_as_there_are_frames() {
+        let t = Timing::default();
+        let mut p = Playback::new(t, &ops());
+        p.set_operations(t, &ops()[..2]);
+        assert_eq!(p.frame(), 32);
+        p.play();
+        p.advance(1.0);
+        p.set_operations(t, &ops());
+        assert_eq!((p.frame(), p.is_playing()), (16, true));
+        p.pause();
+        p.set_operations(t, &[]);
+        assert_eq!(p.frame(), 0);
     }
 
     #[test]

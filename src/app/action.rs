@@ -60,6 +60,11 @@ pub enum Action {
     Screenshot,
     /// Enter or leave fullscreen.
     ToggleFullscreen,
+    /// Another scene of the file's folder.
+    Browse {
+        /// The next one by name; otherwise the one before.
+        forward: bool,
+    },
     /// Close the sheet, else leave fullscreen, else quit.
     Back,
     /// End the program.
@@ -77,6 +82,10 @@ pub enum Key {
     Enter,
     /// Esc.
     Escape,
+    /// Page up.
+    PageUp,
+    /// Page down.
+    PageDown,
 }
 
 /// A button of the mouse.
@@ -161,6 +170,8 @@ impl fmt::Display for Chord {
             Trigger::Key(Key::Space) => f.write_str("Space"),
             Trigger::Key(Key::Enter) => f.write_str("Enter"),
             Trigger::Key(Key::Escape) => f.write_str("Esc"),
+            Trigger::Key(Key::PageUp) => f.write_str("PageUp"),
+            Trigger::Key(Key::PageDown) => f.write_str("PageDown"),
             Trigger::Drag(Button::Left) => f.write_str("left-drag"),
             Trigger::Drag(Button::Middle) => f.write_str("middle-drag"),
             Trigger::Drag(Button::Right) => f.write_str("right-drag"),
@@ -297,12 +308,22 @@ pub const BINDINGS: &[Binding] = &[
         Action::ToggleFullscreen,
         "fullscreen on or off",
     ),
+    key(
+        Key::PageDown,
+        Action::Browse { forward: true },
+        "next or previous scene of the folder",
+    ),
+    key(
+        Key::PageUp,
+        Action::Browse { forward: false },
+        "next or previous scene of the folder",
+    ),
     key(Key::Char('h'), Action::ToggleSheet, "this sheet on or off"),
     key(Key::Char('?'), Action::ToggleSheet, "this sheet on or off"),
     key(
         Key::Escape,
         Action::Back,
-        "close the sheet, leave fullscreen, quit",
+        "cancel loading, close the sheet, leave fullscreen, quit",
     ),
     key(Key::Char('q'), Action::Quit, "quit"),
 ];

@@ -18,6 +18,8 @@ pub fn key_of(event: &KeyEvent) -> Option<Key> {
         WinitKey::Named(NamedKey::Space) | WinitKey::Character(" ") => Some(Key::Space),
         WinitKey::Named(NamedKey::Enter) => Some(Key::Enter),
         WinitKey::Named(NamedKey::Escape) => Some(Key::Escape),
+        WinitKey::Named(NamedKey::PageUp) => Some(Key::PageUp),
+        WinitKey::Named(NamedKey::PageDown) => Some(Key::PageDown),
         WinitKey::Character(text) => {
             let c = text.chars().next()?.to_lowercase().next()?;
             let c = if c.is_ascii() {

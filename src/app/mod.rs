@@ -1,45 +1,55 @@
 //! The viewer: a window that shows the scene, turns with the hand and plays the operations.
 //!
-//! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, the [`painter`]
-//! thread renders it, the [`window`] shows it whole. Everything but the window itself is plain data that tests
-//! reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
+//! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, [`pace`] decides when and
+//! how fine, the [`painter`] thread renders it, the [`window`] shows it whole. Scenes come by way of the [`session`],
+//! which loads and watches files on other threads. Everything but the window itself is plain data that tests reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
 //! number: the window's pixels are the file's, to the bit.
 
 mod action;
 mod backend;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
+mod governor;
 mod input;
 mod keys;
+mod latency;
+mod loader;
 mod orbit;
 mod overlay;
+mod pace;
 mod painter;
 mod present;
+mod screen;
 mod screenshot;
+mod session;
 mod state;
 mod statistics;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod surface_limit;
+mod watch;
 mod window;
 
 use std::fmt;
 
 use crate::camera::{Camera, Pivot};
 use crate::geometry::Aabb;
-use crate::render::Settings;
-use crate::scene::Scene;
+use crate::render::{Samples, Settings};
 use crate::simd::Kernel;
 use crate::timeline::Timing;
 
 /// What to show and how.
 #[derive(Debug)]
 pub struct AppOptions {
-    /// The scene; the window has it to itself.
-    pub scene: Scene,
-    /// What the window's title calls it.
-    pub name: String,
+    /// Where the scene comes from.
+    pub source: Source,
     /// The picture's size in physical pixels; `None`: the projection plane's shape.
     pub size: Option<(usize, usize)>,
     /// How to render, to begin with.
     pub settings: Settings,
+    /// Samples a pixel when nothing moves.
+    pub samples: Samples,
+    /// Pictures a second while something moves: those that would be late are coarser.
+    pub target_fps: f64,
     /// Threads that render; 0: one a core.
     pub threads: usize,
     /// How operations become frames.
@@ -55,36 +65,34 @@ pub struct AppOptions {
 }
 
 impl AppOptions {
-    /// The state that the window opens with.
+    /// The state before there is a scene, with the size that the window opens with.
     fn initial_state(&self) -> state::State {
-        let bounds = Aabb::of_triangles(&self.scene.triangles);
-        let base = Camera::of_scene(&self.scene, bounds);
+        let base = Camera::default_for(Aabb::EMPTY);
         let setting = state::Setting {
             base,
-            operations: self.scene.operations.clone(),
+            operations: Vec::new(),
             timing: self.timing,
-            pivot: self.pivot.point(bounds),
+            pivot: self.pivot.point(Aabb::EMPTY),
             stretch: self.stretch,
             overlay: self.overlay,
             kernels: Kernel::available(),
         };
-        let size = self.size.unwrap_or_else(|| base.default_size());
-        let mut state = state::State::new(setting, self.settings, size);
-        if self.play {
-            state.play();
-        }
-        state
+        let size = self.size.or_else(|| self.source.default_size());
+        let size = size.unwrap_or_else(|| base.default_size());
+        state::State::new(setting, self.settings, size)
     }
 }
 
 /// Why there is no window, or no longer one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum AppError {
     /// No display answers, or it gives no window: the one failure that says nothing against the scene.
     NoWindow {
         /// What was tried.
         why: String,
     },
+    /// There is no scene to show.
+    NoScene(LoadError),
     /// Something that a window needs failed.
     Broken {
         /// What.
@@ -99,6 +107,7 @@ impl fmt::Display for AppError {
                 f,
                 "no window to be had: {why}\nhint: `raybomb render SCENE -o picture.png` needs no window"
             ),
+            AppError::NoScene(e) => e.fmt(f),
             AppError::Broken { why } => f.write_str(why),
         }
     }
@@ -106,4 +115,5 @@ impl fmt::Display for AppError {
 
 impl std::error::Error for AppError {}
 
+pub use loader::{LoadError, Source, read_file};
 pub use window::run;

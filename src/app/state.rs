@@ -57,6 +57,11 @@ pub enum Command {
     Screenshot,
     /// Tell the user on the terminal.
     Report(String),
+    /// Open another scene of the folder.
+    Browse {
+        /// The next one by name; otherwise the one before.
+        forward: bool,
+    },
     /// Fill the screen, or do not.
     Fullscreen(bool),
     /// End the program.
@@ -178,6 +183,7 @@ impl State {
             Action::ToggleSheet => self.sheet = !self.sheet,
             Action::Screenshot => self.commands.push(Command::Screenshot),
             Action::ToggleFullscreen => self.set_fullscreen(!self.fullscreen),
+            Action::Browse { forward } => self.commands.push(Command::Browse { forward }),
             Action::Back => self.back(),
             Action::Quit => self.commands.push(Command::Quit),
         }
@@ -352,5 +358,6 @@ fn next<T: Copy + PartialEq>(all: &[T], current: T) -> T {
     all[at.map_or(0, |i| (i + 1) % all.len())]
 }
 
+mod scene;
 #[cfg(test)]
 mod tests;

@@ -68,6 +68,9 @@ pub struct WindowOptions {
     /// Draw nothing over the picture, not even messages
     #[arg(long)]
     pub no_overlay: bool,
+    /// Pictures a second that the window keeps while something moves, with larger pixels where it must
+    #[arg(long, value_name = "N", value_parser = values::timing, default_value = "60", allow_hyphen_values = true)]
+    pub target_fps: f64,
     #[command(flatten)]
     pub picture: PictureOptions,
     #[command(flatten)]

@@ -1,6 +1,5 @@
 //! From a file's name to a scene that is ready to be rendered.
 
-use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use super::args::{PictureOptions, TimeOptions};
 use super::console::{color, say};
 use super::exit::Failure;
 use super::values::Size;
+use crate::app::read_file;
 use crate::camera::{Camera, View};
 use crate::render::{Renderer, Samples, Settings};
 use crate::scene::{self, Scene};
@@ -44,12 +44,7 @@ impl Source {
                 ))),
             };
         }
-        match fs::metadata(path) {
-            Ok(m) if m.is_dir() => return cannot(&"it is a folder"),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return cannot(&"no such file"),
-            _ => {}
-        }
-        match fs::read(path) {
+        match read_file(path) {
             Ok(text) => Ok(Source {
                 name: path.display().to_string(),
                 text,

@@ -36,7 +36,12 @@ fn options(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn the_help_of_each_command_has_its_options_and_no_others() {
-    let window = [&["--play", "--no-overlay"], &PICTURE[..], &TIME].concat();
+    let window = [
+        &["--play", "--no-overlay", "--target-fps"],
+        &PICTURE[..],
+        &TIME,
+    ]
+    .concat();
     let render = [
         &["--output", "--frame", "--camera", "--hash"],
         &PICTURE[..],

@@ -108,7 +108,10 @@ impl Session {
         self.is_shown = false;
         self.error = None;
         self.watch = None;
-        if let Source::File(path) = &self.source {
+        // A pipe is read once: what is written into it is no change.
+        if let Source::File(path) = &self.source
+            && path.is_file()
+        {
             let tell = Arc::clone(&self.tell);
             // Some file systems tell nothing: then nothing is reloaded.
             self.watch = Watch::start(path, move || tell(Heard::FileChanged)).ok();

@@ -6,7 +6,10 @@
 #![cfg(target_os = "linux")]
 
 mod display;
+mod faults;
 mod hands;
+mod opening;
 mod playing;
+mod refining;
 mod shown;
 mod support;

@@ -17,6 +17,8 @@ const MEMORY: usize = 3;
 const FINER_BELOW: f64 = 0.7;
 /// Pictures in a row that must promise so.
 const PATIENCE: u32 = 20;
+/// A step finer that lasts for so many pictures was right.
+const TRIAL: u32 = 80;
 /// Patience never grows beyond this.
 const MAX_PATIENCE: u32 = 2560;
 
@@ -89,7 +91,12 @@ impl Governor {
             return;
         }
         remember(&mut self.moving, time);
-        self.since_finer = self.since_finer.map(|n| n.saturating_add(1));
+        self.since_finer = self.since_finer.map(|n| n + 1);
+        if self.since_finer == Some(TRIAL) {
+            // The last step finer was right: the next one need not wait longer.
+            self.since_finer = None;
+            self.patience = PATIENCE;
+        }
         let best = self.moving.iter().min().copied().unwrap_or(time);
         if best > deadline {
             self.promising = 0;
@@ -107,10 +114,9 @@ impl Governor {
             return self.set_step(STEPS.len() - 1);
         }
         // The last step finer was a mistake: the next one waits longer.
-        if self.since_finer.is_some_and(|n| n < 4 * PATIENCE) {
+        if self.since_finer.take().is_some() {
             self.patience = (self.patience * 2).min(MAX_PATIENCE);
         }
-        self.since_finer = None;
         self.set_step(to);
     }
 

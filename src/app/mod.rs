@@ -1,7 +1,7 @@
 //! The viewer: a window that shows the scene, turns with the hand and plays the operations.
 //!
 //! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, [`pace`] decides when and
-//! how fine, the [`painter`] thread renders it, the [`window`] shows it whole. Scenes come by way of the [`session`],
+//! how fine, the [`painter`] thread renders it, the [`window`] shows it whole. Scenes come by way of the [`opener`],
 //! which loads and watches files on other threads. Everything but the window itself is plain data that tests reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
 //! number: the window's pixels are the file's, to the bit.
 
@@ -14,6 +14,7 @@ mod input;
 mod keys;
 mod latency;
 mod loader;
+mod opener;
 mod orbit;
 mod overlay;
 mod pace;
@@ -21,7 +22,6 @@ mod painter;
 mod present;
 mod screen;
 mod screenshot;
-mod session;
 mod state;
 mod statistics;
 #[cfg(all(unix, not(target_vendor = "apple")))]

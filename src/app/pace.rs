@@ -45,6 +45,8 @@ pub struct Pace {
     target: Duration,
     samples: Samples,
     governor: Governor,
+    /// Pictures are of this scene.
+    scene: u64,
     sent: Option<(Order, Instant)>,
     /// When the wish last changed.
     changed: Option<Instant>,
@@ -70,6 +72,7 @@ impl Pace {
             target,
             samples,
             governor: Governor::default(),
+            scene: 0,
             sent: None,
             changed: None,
             hand: None,
@@ -96,9 +99,16 @@ impl Pace {
 
     /// Another scene: nothing is ordered, nothing learned.
     pub fn forget(&mut self) {
+        self.scene += 1;
         self.sent = None;
         self.changed = None;
         self.governor.forget();
+    }
+
+    /// True for pictures of the scene that is open; others were begun before.
+    #[must_use]
+    pub fn is_of_scene(&self, picture: &Picture) -> bool {
+        picture.scene == self.scene
     }
 
     /// What `wish` asks for at this moment.
@@ -144,6 +154,7 @@ impl Pace {
 
     fn ordered(&self, wish: Wish, moving: bool, must_be_fine: bool) -> Order {
         Order {
+            scene: self.scene,
             wish,
             pixel_size: match moving && !must_be_fine {
                 true => self.governor.pixel_size(),
@@ -229,6 +240,7 @@ mod tests {
     fn picture(order: &Order, ms: u64) -> Picture {
         Picture {
             frame: Frame::default(),
+            scene: order.scene,
             wish: order.wish,
             pixel_size: order.pixel_size,
             samples: Samples::ONE,
@@ -345,6 +357,19 @@ mod tests {
             pace.took(&picture(&order.expect("a drag"), 50), Duration::ZERO);
         }
         assert!(pace.governor.pixel_size() > 1);
+    }
+
+    #[test]
+    fn pictures_of_the_scene_before_are_known() {
+        let (mut pace, start) = pace();
+        let order = pace.step(wish(1), &moment(start, 0)).order;
+        let before = picture(&order.expect("the first"), 3);
+        assert!(pace.is_of_scene(&before));
+        pace.forget();
+        assert!(!pace.is_of_scene(&before));
+        let order = pace.step(wish(1), &moment(start, 1)).order;
+        let after = picture(&order.expect("the same wish of another scene"), 3);
+        assert!(pace.is_of_scene(&after));
     }
 
     #[test]

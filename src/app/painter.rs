@@ -20,6 +20,8 @@ use crate::world::World;
 /// What to paint, and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
+    /// The number of the scene that it is of.
+    pub scene: u64,
     /// The picture.
     pub wish: Wish,
     /// Pixels of the window, each way, that a pixel of the picture stands for.
@@ -37,6 +39,8 @@ pub struct Order {
 pub struct Picture {
     /// Its pixels.
     pub frame: Frame,
+    /// The number of the scene that was asked for.
+    pub scene: u64,
     /// What was asked for.
     pub wish: Wish,
     /// Pixels of the window, each way, that one of its pixels stands for.
@@ -191,6 +195,7 @@ fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
             match result {
                 Ok(Ok(stats)) => notify(Notice::Picture(Box::new(Picture {
                     frame,
+                    scene: job.order.scene,
                     wish: job.order.wish,
                     pixel_size: job.order.pixel_size,
                     samples: now,

@@ -18,11 +18,11 @@ use winit::window::{Fullscreen, Window, WindowId};
 use super::action::Action;
 use super::input::Input;
 use super::loader::{LoadError, Loaded, Source};
+use super::opener::{Heard, Opener, Outcome};
 use super::overlay::{Line, Overlay};
 use super::pace::{Moment, Pace};
 use super::painter::{Notice, Painter, Picture};
 use super::screen::{Screen, Stage};
-use super::session::{Heard, Outcome, Session};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
 use super::{AppError, AppOptions, backend, keys, screenshot};
@@ -35,7 +35,7 @@ enum Message {
     /// From the render thread.
     Painter(Notice),
     /// From the threads that load and watch.
-    Session(Heard),
+    Opener(Heard),
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
 }
@@ -60,7 +60,7 @@ fn run_loop(event_loop: EventLoop<Message>, viewer: &mut Viewer) -> Result<(), A
 /// The program between two events.
 struct Viewer {
     stage: Stage,
-    session: Session,
+    opener: Opener,
     input: Input,
     state: State,
     pace: Pace,
@@ -106,13 +106,13 @@ impl Viewer {
         })
         .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
         let to_loop = proxy.clone();
-        let mut session = Session::new(options.source, options.threads, move |heard| {
-            let _ = to_loop.send_event(Message::Session(heard));
+        let mut opener = Opener::new(options.source, options.threads, move |heard| {
+            let _ = to_loop.send_event(Message::Opener(heard));
         });
-        session.begin().map_err(AppError::NoScene)?;
+        opener.begin().map_err(AppError::NoScene)?;
         Ok(Viewer {
             stage: Stage::Waiting,
-            session,
+            opener,
             input: Input::default(),
             state,
             pace: Pace::new(options.target_fps, options.samples),
@@ -153,10 +153,10 @@ impl Viewer {
             action,
             Action::Back | Action::Quit | Action::ToggleFullscreen | Action::ToggleSheet
         );
-        if !self.session.has_scene() && !concerns_window {
+        if !self.opener.has_scene() && !concerns_window {
             return;
         }
-        if action == Action::Back && self.session.cancel() {
+        if action == Action::Back && self.opener.cancel() {
             return self.tell("loading cancelled");
         }
         self.pace.input(Instant::now());
@@ -206,7 +206,7 @@ impl Viewer {
 
     /// What is to be drawn over the picture now.
     fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
-        let board = self.session.board(Instant::now());
+        let board = self.opener.board(Instant::now());
         let board = board.filter(|_| self.state.may_overlay());
         (self.state.overlay(), board)
     }
@@ -248,6 +248,9 @@ impl Viewer {
 
     /// A picture came: the one before goes back to the render thread.
     fn take_picture(&mut self, picture: Box<Picture>) {
+        if !self.pace.is_of_scene(&picture) {
+            return self.painter.give_back(picture.frame);
+        }
         self.epoch.get_or_insert_with(Instant::now);
         self.pace.took(&picture, self.present);
         if let Some(old) = self.picture.replace(picture) {
@@ -260,9 +263,9 @@ impl Viewer {
         }
     }
 
-    /// The session heard something.
+    /// The opener heard something.
     fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
-        match self.session.hear(heard, Instant::now()) {
+        match self.opener.hear(heard, Instant::now()) {
             Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
             Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
             Some(Outcome::Kept(e)) => report(&e.words(false)),
@@ -293,7 +296,7 @@ impl Viewer {
         self.painter.set_world(world);
         self.pace.forget();
         if let Some(screen) = self.stage.screen() {
-            screen.window.set_title(&title(&self.session));
+            screen.window.set_title(&title(&self.opener));
         }
     }
 
@@ -315,7 +318,7 @@ impl Viewer {
 
     /// Opens another source, while the scene before it stays until that is ready.
     fn open_source(&mut self, event_loop: &ActiveEventLoop, source: Source) {
-        if let Err(e) = self.session.open(source) {
+        if let Err(e) = self.opener.open(source) {
             self.fail(event_loop, AppError::NoScene(e));
         }
     }
@@ -325,7 +328,7 @@ impl Viewer {
     }
 
     fn browse(&mut self, event_loop: &ActiveEventLoop, forward: bool) {
-        match self.session.neighbour(forward) {
+        match self.opener.neighbour(forward) {
             Some(source) => self.open_source(event_loop, source),
             None => self.tell("there is no other scene in the folder"),
         }
@@ -380,7 +383,7 @@ impl Viewer {
         let Stage::Running(screen) = &self.stage else {
             return None;
         };
-        if !self.session.has_scene() {
+        if !self.opener.has_scene() {
             return None;
         }
         let moment = Moment {
@@ -414,8 +417,8 @@ impl Viewer {
     }
 }
 
-fn title(session: &Session) -> String {
-    format!("{} - Ray Bomb 3D", session.name())
+fn title(opener: &Opener) -> String {
+    format!("{} - Ray Bomb 3D", opener.name())
 }
 
 fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
@@ -444,7 +447,7 @@ impl ApplicationHandler<Message> for Viewer {
         let (width, height) = self.state.size_px();
         let attributes = backend::named(
             Window::default_attributes()
-                .with_title(title(&self.session))
+                .with_title(title(&self.opener))
                 .with_inner_size(physical(width, height)),
         );
         match Screen::open(event_loop, attributes) {
@@ -468,7 +471,7 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Failed(why)) => {
                 self.tell(&format!("a picture failed: {why}"));
             }
-            Message::Session(heard) => self.hear(event_loop, heard),
+            Message::Opener(heard) => self.hear(event_loop, heard),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
             Message::Saved(Err(e)) => self.tell(&format!("cannot save the picture: {e}")),
         }
@@ -527,7 +530,7 @@ impl ApplicationHandler<Message> for Viewer {
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.state.advance(self.now());
         self.obey(event_loop);
-        if let Err(e) = self.session.tick(Instant::now()) {
+        if let Err(e) = self.opener.tick(Instant::now()) {
             report(&format!(
                 "the file is not read again: {}",
                 LoadError::words(&e, false)
@@ -535,7 +538,7 @@ impl ApplicationHandler<Message> for Viewer {
         }
         let due = self.order();
         self.refresh_overlay();
-        let wake = [due, self.session.wake(Instant::now()), self.next_change()];
+        let wake = [due, self.opener.wake(Instant::now()), self.next_change()];
         let wake = wake.into_iter().flatten().min();
         event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 fn order(width: usize) -> Order {
     Order {
+        scene: 0,
         wish: Wish {
             view: Camera::default_for(Aabb::EMPTY).view(width, 8, false),
             settings: Settings::default(),

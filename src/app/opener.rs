@@ -1,5 +1,5 @@
-//! The scene that is open: where it comes from, whether it is being loaded, what is wrong with it, and the file's
-//! neighbours. The window asks it what to show and tells it what it hears.
+//! Opens scenes and keeps what there is to know of the open one: where it comes from, whether it is being loaded, what
+//! is wrong with it, and the file's neighbours. The window asks it what to show and tells it what it hears.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const TICK: Duration = Duration::from_millis(100);
 const MAX_LINES: usize = 14;
 const MAX_LETTERS: usize = 100;
 
-/// What other threads tell the session, by way of the event loop.
+/// What other threads tell it, by way of the event loop.
 #[derive(Debug)]
 pub enum Heard {
     /// The loader, about the load of that number.
@@ -52,7 +52,7 @@ struct Loading {
 }
 
 /// The open scene.
-pub struct Session {
+pub struct Opener {
     source: Source,
     loader: Loader,
     loading: Option<Loading>,
@@ -66,15 +66,15 @@ pub struct Session {
     tell: Arc<dyn Fn(Heard) + Send + Sync>,
 }
 
-impl Session {
+impl Opener {
     /// Will load `source` with so many threads (0: one a core); `tell` is called by other threads.
     #[must_use]
     pub fn new(
         source: Source,
         threads: usize,
         tell: impl Fn(Heard) + Send + Sync + 'static,
-    ) -> Session {
-        Session {
+    ) -> Opener {
+        Opener {
             source,
             loader: Loader::new(threads),
             loading: None,
@@ -199,7 +199,7 @@ impl Session {
         }
     }
 
-    /// When to call [`Session::tick`] and look at [`Session::board`] again.
+    /// When to call [`Opener::tick`] and look at [`Opener::board`] again.
     #[must_use]
     pub fn wake(&self, now: Instant) -> Option<Instant> {
         let progress = self.loading.map(|l| match l.since + PATIENCE {
@@ -273,24 +273,24 @@ mod tests {
 
     const GOOD: &str = "<d 0 0 -1 0";
 
-    fn session(path: &Path) -> (Session, Receiver<Heard>) {
+    fn opener(path: &Path) -> (Opener, Receiver<Heard>) {
         let (send, receive) = channel();
         let tell = move |heard| {
             let _ = send.send(heard);
         };
-        let mut session = Session::new(Source::File(path.into()), 1, tell);
-        session.begin().expect("a thread");
-        (session, receive)
+        let mut opener = Opener::new(Source::File(path.into()), 1, tell);
+        opener.begin().expect("a thread");
+        (opener, receive)
     }
 
     /// Goes on until something follows for the window.
-    fn outcome(session: &mut Session, heard: &Receiver<Heard>) -> Outcome {
+    fn outcome(opener: &mut Opener, heard: &Receiver<Heard>) -> Outcome {
         let start = Instant::now();
         loop {
             assert!(start.elapsed() < Duration::from_secs(20), "no outcome");
-            session.tick(Instant::now()).expect("a thread");
+            opener.tick(Instant::now()).expect("a thread");
             if let Ok(heard) = heard.recv_timeout(Duration::from_millis(20))
-                && let Some(outcome) = session.hear(heard, Instant::now())
+                && let Some(outcome) = opener.hear(heard, Instant::now())
             {
                 return outcome;
             }
@@ -302,35 +302,35 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("a.txt");
         std::fs::write(&file, GOOD).expect("written");
-        let (mut session, heard) = session(&file);
-        let first = outcome(&mut session, &heard);
+        let (mut opener, heard) = opener(&file);
+        let first = outcome(&mut opener, &heard);
         assert!(
             matches!(first, Outcome::Show { again: false, .. }),
             "{first:?}"
         );
         std::fs::write(&file, "<d 0 0 x 0").expect("written");
-        let kept = outcome(&mut session, &heard);
+        let kept = outcome(&mut opener, &heard);
         assert!(matches!(kept, Outcome::Kept(_)), "{kept:?}");
-        let board = session.board(Instant::now()).expect("an error");
+        let board = opener.board(Instant::now()).expect("an error");
         assert!(board[0].text.contains("a.txt:1:8: expected"), "{board:?}");
         assert!(
             board.iter().any(|line| line.text.contains('^')),
             "{board:?}"
         );
         std::fs::write(&file, GOOD).expect("written");
-        let again = outcome(&mut session, &heard);
+        let again = outcome(&mut opener, &heard);
         assert!(
             matches!(again, Outcome::Show { again: true, .. }),
             "{again:?}"
         );
-        assert_eq!(session.board(Instant::now()), None);
+        assert_eq!(opener.board(Instant::now()), None);
     }
 
     #[test]
     fn without_any_scene_an_error_is_the_end() {
-        let (mut session, heard) = session(Path::new("there/is/none.txt"));
-        assert!(!session.cancel(), "nothing else to show");
-        let end = outcome(&mut session, &heard);
+        let (mut opener, heard) = opener(Path::new("there/is/none.txt"));
+        assert!(!opener.cancel(), "nothing else to show");
+        let end = outcome(&mut opener, &heard);
         assert!(
             matches!(end, Outcome::Fatal(LoadError::Unreadable(_))),
             "{end:?}"
@@ -342,24 +342,24 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("a.txt");
         std::fs::write(&file, GOOD).expect("written");
-        let (mut session, heard) = session(&file);
+        let (mut opener, heard) = opener(&file);
         let start = Instant::now();
         let later = start + Duration::from_millis(1950);
         assert!(
-            session.board(later).expect("progress")[1]
+            opener.board(later).expect("progress")[1]
                 .text
                 .ends_with("1.9 s")
         );
-        assert!(session.wake(later).is_some_and(|at| at <= later + TICK));
-        outcome(&mut session, &heard);
-        assert_eq!(session.wake(Instant::now()), None);
-        session.begin().expect("a thread");
-        assert!(session.cancel());
+        assert!(opener.wake(later).is_some_and(|at| at <= later + TICK));
+        outcome(&mut opener, &heard);
+        assert_eq!(opener.wake(Instant::now()), None);
+        opener.begin().expect("a thread");
+        assert!(opener.cancel());
         // All that the load still says; whether it comes to its end is a race.
         while let Ok(heard) = heard.recv_timeout(Duration::from_millis(200)) {
-            assert!(session.hear(heard, Instant::now()).is_none());
+            assert!(opener.hear(heard, Instant::now()).is_none());
         }
-        assert_eq!(session.board(later), None);
+        assert_eq!(opener.board(later), None);
     }
 
     #[test]

@@ -283,10 +283,7 @@ fn distances_are_in_scene_units_and_normals_turn_to_the_eye() {
 #[test]
 fn samples_a_pixel_change_the_picture_and_no_kernel_or_thread_does() {
     let folder = Folder::new();
-    let hash = |options: &[&str]| {
-        let args = [&["--hash", "--size", "60x40"], options].concat();
-        folder.run(&render(&args)).ok().stdout
-    };
+    let hash = |options: &[&str]| folder.hash(&render(&[&["--hash"], options].concat()));
     assert_eq!(hash(&["--aa", "1"]), hash(&[]));
     let four = hash(&["--aa", "4"]);
     assert_ne!(four, hash(&[]));

@@ -80,7 +80,8 @@ impl Governor {
         self.step = if fine <= deadline {
             0
         } else {
-            self.step.max(first_step_within(fine, 1, deadline))
+            let promising = first_step(|to| scaled(fine, 1, to) <= deadline);
+            self.step.max(promising)
         };
     }
 
@@ -109,7 +110,7 @@ impl Governor {
     }
 
     fn coarser(&mut self, best: Duration, deadline: Duration) {
-        let to = first_step_within(best, self.pixel_size(), deadline).max(self.step + 1);
+        let to = first_step(|to| self.promised(best, to) <= deadline).max(self.step + 1);
         if to >= STEPS.len() {
             return self.set_step(STEPS.len() - 1);
         }
@@ -122,8 +123,7 @@ impl Governor {
 
     fn finer(&mut self, time: Duration, deadline: Duration) {
         let finer = STEPS[self.step - 1];
-        let promised = scaled(time, self.pixel_size(), finer);
-        if promised > deadline.mul_f64(FINER_BELOW) {
+        if self.promised(time, finer) > deadline.mul_f64(FINER_BELOW) {
             self.promising = 0;
             return;
         }
@@ -131,6 +131,27 @@ impl Governor {
         if self.promising >= self.patience {
             self.since_finer = Some(0);
             self.set_step(self.step - 1);
+        }
+    }
+
+    /// What a picture of pixels of size `to` takes, when one of now takes `time`. A part of the time does not depend
+    /// on the pixels: how large that is, the fine picture of what stood still tells. Without that, it is nothing.
+    fn promised(&self, time: Duration, to: usize) -> Duration {
+        let from = self.pixel_size();
+        let all = scaled(time, from, to);
+        let fine = self.standing.iter().min().copied().unwrap_or_default();
+        if from == 1 || fine <= time {
+            return all;
+        }
+        let per_pixel = (fine - time).as_secs_f64() / (1.0 - share(from));
+        let change_s = per_pixel * (share(to) - share(from));
+        let part = (time.as_secs_f64() + change_s).max(0.0);
+        let part = Duration::try_from_secs_f64(part).unwrap_or(all);
+        // In proportion is the most that a finer picture can take, and the least that a coarser one can.
+        if to < from {
+            all.min(part)
+        } else {
+            all.max(part)
         }
     }
 
@@ -151,16 +172,18 @@ fn remember(times: &mut VecDeque<Duration>, time: Duration) {
 /// What a picture of pixels of size `to` takes when one of size `from` takes `time`: as many times as long as it
 /// has pixels.
 fn scaled(time: Duration, from: usize, to: usize) -> Duration {
-    let ratio = from as f64 / to as f64;
-    time.mul_f64(ratio * ratio)
+    time.mul_f64(share(to) / share(from))
 }
 
-/// The finest step that promises to be in time; the coarsest when none does.
-fn first_step_within(time: Duration, from: usize, deadline: Duration) -> usize {
-    STEPS
-        .iter()
-        .position(|&to| scaled(time, from, to) <= deadline)
-        .unwrap_or(STEPS.len() - 1)
+/// The part of the fine picture's pixels that one with pixels of `size` has.
+fn share(size: usize) -> f64 {
+    1.0 / (size * size) as f64
+}
+
+/// The finest step whose pixel size is in time; the coarsest when none is.
+fn first_step(in_time: impl Fn(usize) -> bool) -> usize {
+    let found = STEPS.iter().position(|&to| in_time(to));
+    found.unwrap_or(STEPS.len() - 1)
 }
 
 #[cfg(test)]
@@ -216,6 +239,18 @@ mod tests {
         let sizes = play(&mut g, 40, 100.0, 14.0);
         assert_eq!(sizes.last(), Some(&6));
         assert!(changes(&sizes) <= 4, "{sizes:?}");
+    }
+
+    #[test]
+    fn the_fine_picture_tells_how_much_does_not_shrink() {
+        let mut g = Governor::default();
+        // A moment in which nothing helped, then a scene with 6 ms that no pixel size saves.
+        play(&mut g, 20, 500.0, 400.0);
+        assert_eq!(g.pixel_size(), 8);
+        g.stood(ms(36.0));
+        let sizes = play(&mut g, 400, 36.0, 6.0);
+        assert_eq!(sizes.last(), Some(&3), "{sizes:?}");
+        assert_eq!(changes(&sizes), 3);
     }
 
     #[test]

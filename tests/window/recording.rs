@@ -32,13 +32,13 @@ fn what_is_recorded_and_saved_is_rendered_to_the_bit() {
     viewer.keys(&["ctrl+shift+s"]);
     assert_eq!(viewer.says(0), "saved scene-0001.txt");
     let size = ["--size", "320x240"];
-    assert!(desk.render_scene("scene-0001.txt", &size) == recorded);
+    assert!(desk.render_file("scene-0001.txt", &size) == recorded);
     drag(&viewer, "2", (100, 100), (15, 20));
     let panned = viewer.rests("a pan");
     assert!(panned != recorded);
     viewer.keys(&["ctrl+s"]);
     assert_eq!(viewer.says(1), "saved scene-0001.txt");
-    assert!(desk.render_scene("scene-0001.txt", &size) == panned);
+    assert!(desk.render_file("scene-0001.txt", &size) == panned);
     assert!(
         desk.still() == still,
         "the scene that was opened is as it was"

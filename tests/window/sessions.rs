@@ -18,7 +18,9 @@ fn rendered(desk: &Desk, report: &Value) -> Picture {
     std::fs::write(desk.path("settled.txt"), scene).expect("written");
     let size = format!("{}x{}", report["size"][0], report["size"][1]);
     let view = text("view");
-    desk.render_scene("settled.txt", &["--size", &size, "--view", &view])
+    let aa = report["aa"].to_string();
+    let options = ["--size", &size, "--view", &view, "--aa", &aa];
+    desk.render_file("settled.txt", &options)
 }
 
 /// Plays `script`, which settles once at its end, as the `index`-th (from 0) of the session.

@@ -1,12 +1,18 @@
 #!/usr/bin/env python3
-"""Camera rays: our tracer beside Embree's best mode, in turn on one pinned core; prints a Markdown table.
+"""Our tracer beside Embree and tinybvh, in turn on pinned cores; prints a Markdown table.
 
-  RAYBOMB_PEERS=DIR RAYBOMB_SCENES=DIR benches/compare.py [SCENE.txt ...] [--rounds 5] [--threads 1]
+  RAYBOMB_PEERS=DIR RAYBOMB_SCENES=DIR benches/compare.py [SCENE.txt ...]
+      [--workload primary|shadow|bounce|random|build] [--threads 1] [--rounds 3] [--tinybvh]
 
-RAYBOMB_PEERS: the folder where the program `peers` (Embree behind a command line) was set up, with its env.sh.
-RAYBOMB_SCENES: a folder of scene files, used when none is named. Build with `cargo build --release` before.
-Every round runs Embree, then each kernel; the table has the medians over the rounds, in Mray/s, and the ratio to the
-best of Embree's modes. All at 1920x1080, one ray a pixel, no shading unless a column says so.
+RAYBOMB_PEERS: the folder where the program `peers` (Embree and tinybvh behind a command line) was set up, with its
+env.sh. RAYBOMB_SCENES: a folder of scene files, used when none is named. Build with `cargo build --release` before.
+
+For each scene, every mode of Embree (packets of 1, 4, 8, 16, coherent or not, both orders of pixels for camera
+rays, qualities medium and high) is tried once, and the fastest is measured again in every round, in turn with each of
+our kernels that this CPU has. The table has the medians over the rounds in Mray/s (build: Mtri/s) and the ratios to
+Embree. Pictures are 1920x1080, one ray a pixel; `shaded` is the whole picture, `primary` writes numbers and distances.
+Workload shadow: ours shoots from hits on surfaces turned to the light, the peers from every hit; what is compared
+is rays a second, that is, time for each ray shot.
 """
 import argparse
 import json
@@ -17,12 +23,12 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-MODES = [["--modes", "16", "--coherent", "1"], ["--modes", "8", "--coherent", "1"], ["--modes", "1"]]
+KERNELS = ["sse4", "avx2", "avx512"]
 
 
-def run(command, environment=None):
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
-    if done.returncode:
+def run(command, environment=None, may_fail=False):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, env=environment)
+    if done.returncode and not may_fail:
         sys.exit(f"{' '.join(map(str, command))} failed:\n{done.stderr}")
     return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
 
@@ -45,36 +51,91 @@ def scenes(named):
     return sorted(pathlib.Path(folder).glob("*.txt"), key=lambda p: p.stat().st_size)
 
 
+def value(row, workload):
+    return row["tris"] / row["build_s"] / 1e6 if workload == "build" else row["mrays_s"]
+
+
+class Peer:
+    """One peer on one scene, in the mode that turned out fastest."""
+
+    def __init__(self, name, scene, options, pin, environment):
+        self.workload, self.environment = options.workload, environment
+        work = "primary" if self.workload == "build" else self.workload
+        self.base = [*pin, "peers", name, scene, "--threads", options.threads, "--work", work]
+        quality = ["--quality", "med"] if self.workload == "build" else ["--quality", "med,high"]
+        modes = ["--modes", "1,4,8,16", "--coherent", "0,1"]
+        if self.workload == "build":
+            modes = ["--modes", "16", "--coherent", "1"]
+        elif self.workload == "primary":
+            modes += ["--orders", "tile,row"]
+        options = [*modes, *quality, "--robust", "0"] if name == "embree" else []
+        rows = run([*self.base, *options, "--frames", "3"], environment)
+        rows = [row for row in rows if row.get("workload") == work]
+        if not rows:
+            sys.exit(f"compare.py: {name} printed nothing for {scene}")
+        best = max(rows, key=lambda row: value(row, self.workload))
+        self.mode = f"{best['mode']} {best['quality']}"
+        self.again = ["--quality", best["quality"], "--modes", best["mode"]]
+        if name == "embree":
+            packet, _, coherent = best["mode"].lstrip("i").partition("+")
+            self.again[3:] = [packet, "--robust", "0"]
+            if packet != "1":
+                self.again += ["--coherent", "1" if coherent else "0"]
+            if self.workload == "primary":
+                self.mode += f" {best['order']}"
+                self.again += ["--orders", best["order"]]
+
+    def measure(self):
+        rows = run([*self.base, *self.again], self.environment)
+        if not rows:
+            sys.exit(f"compare.py: nothing printed by {self.base} {self.again}")
+        return max(value(row, self.workload) for row in rows)
+
+
+def ours(scene, options, pin, workload, extra=()):
+    command = [*pin, ROOT / "target/release/raybomb", "bench", scene, "--threads", options.threads]
+    rows = run([*command, "--workload", workload, "--frames", options.frames, "--json", *extra], may_fail=True)
+    if not rows:
+        return None
+    return rows[0]["mtris_s"] if workload == "build" else rows[0]["mrays_s"]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*")
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--workload", default="primary", choices=["primary", "shadow", "bounce", "random", "build"])
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--all-modes", action="store_true", help="try every mode of Embree, not only its usual best")
+    parser.add_argument("--frames", type=int, default=15)
+    parser.add_argument("--tinybvh", action="store_true", help="a column for tinybvh's best mode, too")
     options = parser.parse_args()
     environment = peers_environment()
-    cores = ",".join(str(1 - i if options.threads == 1 else i) for i in range(options.threads))
-    ours = ["taskset", "-c", cores, ROOT / "target/release/raybomb", "bench"]
-    theirs = ["taskset", "-c", cores, "peers", "embree"]
-    threads = ["--threads", str(options.threads)]
-    modes = MODES if options.all_modes else MODES[:1]
-    print("| scene | triangles | Embree | SSE | AVX2 | AVX-512 | ratios | shaded, AVX-512 |\n|---|---|---|---|---|---|---|---|")
-    for scene in scenes(options.scenes):
-        embree, mine, shaded = [], {"sse4": [], "avx2": [], "avx512": []}, []
+    cores = "1" if options.threads == 1 else ",".join(map(str, range(options.threads)))
+    pin = ["taskset", "-c", cores]
+    found = scenes(options.scenes)
+    if options.workload == "build":
+        columns = {"ours": ("build", ()), "coarse": ("build", ("--coarse",))}
+    else:
+        columns = {k: (options.workload, ("--kernel", k)) for k in KERNELS}
+        columns = {k: c for k, c in columns.items() if ours(found[0], options, pin, *c) is not None}
+        if options.workload == "primary":
+            columns["shaded"] = ("shaded", ())
+    peers = ["embree", "tinybvh"] if options.tinybvh else ["embree"]
+    head = ["scene", *peers, "Embree's mode", *columns, "ratios"]
+    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    for scene in found:
+        theirs = {name: Peer(name, scene, options, pin, environment) for name in peers}
+        figures = {name: [] for name in [*theirs, *columns]}
         for _ in range(options.rounds):
-            work = ["--work", "primary", "--quality", "med", "--robust", "0", "--orders", "tile"]
-            embree.append(max(run([*theirs, scene, *threads, *m, *work], environment)[0]["mrays_s"] for m in modes))
-            for kernel, figures in mine.items():
-                row = run([*ours, scene, *threads, "--kernel", kernel, "--frames", "9", "--json"])[0]
-                figures.append(row["mrays_s"])
-            row = run([*ours, scene, *threads, "--workload", "shaded", "--frames", "9", "--json"])[0]
-            shaded.append(row["mrays_s"])
-        base = statistics.median(embree)
-        middle = [statistics.median(figures) for figures in mine.values()]
-        ratios = " / ".join(f"{m / base:.1f}" for m in middle)
-        cells = " | ".join(f"{m:.0f}" for m in middle)
-        name = pathlib.Path(scene).stem
-        print(f"| {name} | {row['triangles']:,} | {base:.0f} | {cells} | {ratios} | {statistics.median(shaded):.0f} |", flush=True)
+            for name, peer in theirs.items():
+                figures[name].append(peer.measure())
+            for name, column in columns.items():
+                figures[name].append(ours(scene, options, pin, *column))
+        middle = {name: statistics.median(values) for name, values in figures.items()}
+        ratios = " / ".join(f"{middle[name] / middle['embree']:.1f}" for name in columns)
+        cells = [pathlib.Path(scene).stem, *(f"{middle[p]:.1f}" for p in peers), theirs["embree"].mode,
+                 *(f"{middle[c]:.1f}" for c in columns), ratios]
+        print("| " + " | ".join(cells) + " |", flush=True)
 
 
 main()

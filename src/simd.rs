@@ -5,8 +5,8 @@
 //! Functions below it are `#[inline(always)]`: one that is not would be compiled without the wide instructions.
 
 pub use fearless_simd::prelude::*;
-use fearless_simd::{Fallback, Level, f32x4};
-pub use fearless_simd::{Simd, f32x8, i32x8};
+use fearless_simd::{Fallback, Level};
+pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x8};
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::{f32x16, u8x16};
 

@@ -320,3 +320,26 @@ fn any_number_of_threads_gives_the_same_hits() {
         }
     }
 }
+
+#[test]
+fn the_coarse_tree_shows_what_the_fine_one_shows() {
+    let renderers = renderers();
+    let mut r = Random::new(21);
+    let ball = ball(&mut r, 40, 0.2, Vec3::ZERO);
+    let camera = look_at(Vec3::new(0.0, 1.0, 3.0), Vec3::ZERO, 0.5, 1.3);
+    let mut cases = hard_cases();
+    cases.push(("a ball", ball, camera));
+    for (name, triangles, camera) in cases {
+        let scene = scene(triangles);
+        let view = View::new(&camera, 150, 90);
+        let fine = renderers[1].install(|| World::compile(&scene));
+        let coarse = renderers[1].install(|| World::compile_coarse(&scene));
+        assert_eq!(coarse.bvh().validate(&scene.triangles), Ok(()), "{name}");
+        assert_eq!(fine.bounds(), coarse.bounds(), "{name}");
+        for kernel in Kernel::available() {
+            let [fine, coarse] = [&fine, &coarse]
+                .map(|world| trace(&renderers[1], world, &view, Engine::Fast, kernel));
+            assert_eq!(fine, coarse, "{name}, {}", kernel.name());
+        }
+    }
+}

@@ -1,13 +1,18 @@
 //! The bounding volume hierarchy: 8-wide nodes over leaves of up to 16 triangles.
 //!
-//! A binary tree is split by the binned surface area heuristic ([`build`]), then collapsed to 8-wide nodes whose
-//! leaves are little meshes of their own ([`node`], [`collapse`]): the triangles of a leaf share its vertices, so
-//! that a kernel transforms each vertex once. Leaves are large because the kernels test 16 triangles about as
-//! fast as 4. Every step gives the same bytes for any number of threads.
+//! Leaves are little meshes of their own ([`node`]): their triangles share vertices, so that a kernel transforms
+//! each vertex once. They are large because the kernels test 16 triangles about as fast as 4. There are two builders:
+//! [`fine`] looks for cuts that make frames fast, [`coarse`] is there when the first picture must not wait. Both
+//! start from the triangles in Morton order ([`morton`]), write nodes and leaves at once ([`emit`]) and give the same
+//! bytes for any number of threads.
 
-mod build;
-mod collapse;
+mod binned;
+mod coarse;
+mod emit;
+mod fine;
+mod morton;
 mod node;
+mod prim;
 mod stats;
 mod validate;
 
@@ -17,8 +22,21 @@ pub use node::{Child, Leaf, Line, MAX_LEAF, MAX_LEAF_VERTICES, Node};
 pub use stats::BvhStats;
 pub use validate::Invalid;
 
-use crate::geometry::{Aabb, is_degenerate};
+use crate::geometry::Aabb;
+use crate::raw::prefetch;
 use crate::scene::Triangle;
+
+/// How much work goes into a tree. What is hit does not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quality {
+    /// Frames are as fast as they can be.
+    Fine,
+    /// The tree is there as soon as it can be.
+    Coarse,
+}
+
+/// Puts one record for each of the triangles with these numbers into an empty vector.
+pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Vec<R>) + Sync + 'a;
 
 /// A tree over the triangles that have an area.
 #[derive(Debug)]
@@ -34,14 +52,48 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the tree, in parallel on the current rayon pool. Degenerate triangles are left out.
+    /// Builds the tree for fast frames, in parallel on the current rayon pool. Degenerate triangles are left out.
     ///
     /// # Panics
     /// Beyond 2³² triangles or 2²⁷ lines of leaves (8 GiB).
     #[must_use]
     pub fn build(triangles: &[Triangle]) -> Bvh {
-        let tree = build::build(triangles);
-        collapse::collapse(triangles, tree)
+        Bvh::build_with(triangles, Quality::Fine, &|_, _: &mut Vec<()>| {}).0
+    }
+
+    /// Builds a tree in a fraction of the time, with which frames take longer.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
+    #[must_use]
+    pub fn build_coarse(triangles: &[Triangle]) -> Bvh {
+        Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Vec<()>| {}).0
+    }
+
+    /// Builds a tree, and something for every triangle in the order of the leaves: `records` makes it for one part of
+    /// them after the other, while their triangles are still in the cache.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
+    #[must_use]
+    pub fn build_with<R: Copy + Send + Sync>(
+        triangles: &[Triangle],
+        quality: Quality,
+        records: &PartRecords<R>,
+    ) -> (Bvh, Vec<R>) {
+        match quality {
+            Quality::Fine => fine::build(triangles, records),
+            Quality::Coarse => coarse::build(triangles, records),
+        }
+    }
+
+    fn empty() -> Bvh {
+        Bvh {
+            nodes: Vec::new(),
+            lines: Vec::new(),
+            file_ids: Vec::new(),
+            bounds: Aabb::EMPTY,
+        }
     }
 
     /// The leaf that starts at line `first`.
@@ -49,6 +101,20 @@ impl Bvh {
     #[must_use]
     pub fn leaf(&self, first: usize) -> Leaf<'_> {
         Leaf::new(&self.lines[first..])
+    }
+
+    /// Asks for all lines of a child, so that they are there when it is looked at.
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        if child.is_leaf() {
+            for line in 0..1 + 3 * child.chunks() {
+                prefetch(&self.lines, child.index(), line);
+            }
+        } else {
+            for line in 0..size_of::<Node>() / 64 {
+                prefetch(&self.nodes, child.index(), line);
+            }
+        }
     }
 
     /// All leaves, in the order of their lines.
@@ -72,17 +138,4 @@ impl Bvh {
         }
         out
     }
-}
-
-/// Which triangles a tree is built over: their numbers in the file, ascending.
-fn solid(triangles: &[Triangle]) -> Vec<u32> {
-    assert!(
-        u32::try_from(triangles.len()).is_ok(),
-        "triangle numbers are 32 bits wide"
-    );
-    (0u32..)
-        .zip(triangles)
-        .filter(|(_, t)| !is_degenerate(&t.corners))
-        .map(|(i, _)| i)
-        .collect()
 }

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::node::{Child, WIDTH};
-use super::{Bvh, MAX_LEAF, solid};
-use crate::geometry::Aabb;
+use super::{Bvh, MAX_LEAF};
+use crate::geometry::{Aabb, is_degenerate};
 use crate::scene::Triangle;
 
 /// What is wrong with a tree.
@@ -30,7 +30,8 @@ impl Bvh {
         }
         ensure(check.nodes == self.nodes.len(), || "unused nodes".into())?;
         ensure(check.lines == self.lines.len(), || "unused lines".into())?;
-        let expected = solid(triangles);
+        let solid = |&id: &usize| !is_degenerate(&triangles[id].corners);
+        let expected: Vec<usize> = (0..triangles.len()).filter(solid).collect();
         ensure(self.file_ids.len() == expected.len(), || {
             format!(
                 "{} triangles instead of {}",
@@ -39,9 +40,7 @@ impl Bvh {
             )
         })?;
         for id in expected {
-            ensure(check.seen[id as usize], || {
-                format!("triangle {id} is in no leaf")
-            })?;
+            ensure(check.seen[id], || format!("triangle {id} is in no leaf"))?;
         }
         Ok(())
     }
@@ -147,6 +146,38 @@ mod tests {
             .collect()
     }
 
+    fn nested(i: usize) -> Triangle {
+        triangle([Vec3::NEG_ONE, Vec3::ONE, Vec3::new(-1.0, 1.0, -1.0)].map(|p| p * i as f32))
+    }
+
+    fn needles(n: usize) -> Vec<Triangle> {
+        let mut r = Random::new(9);
+        let needle = |_| {
+            let (p, q) = (r.point(), r.point());
+            triangle([p, p + q * 100.0, p + q * 100.0 + r.point() * 1e-4])
+        };
+        (0..n).map(needle).collect()
+    }
+
+    /// A model of 20,000 triangles in one cell of the grid over a few huge ones, and a smaller one in a cell of its.
+    fn tiny_among_huge() -> Vec<Triangle> {
+        let mut all: Vec<Triangle> = soup(20, 2.0, 1e6);
+        all.extend(soup(20_000, 0.05, 1.0));
+        all.extend(soup(5000, 0.05, 1e-6));
+        all
+    }
+
+    /// Middles at every power of two: whatever is cut off, half of the rest lies in one bin.
+    fn powers() -> Vec<Triangle> {
+        let at = |i: i32| {
+            let mut p = Vec3::ZERO;
+            let size = 2f32.powi(i / 3 - 120);
+            p[i as usize % 3] = size;
+            triangle([p, p + Vec3::X * size * 0.01, p + Vec3::Y * size * 0.01])
+        };
+        (0..12_000).map(|i| at(i % 720)).collect()
+    }
+
     fn hard_input() -> Vec<(&'static str, Vec<Triangle>)> {
         let one = triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
         let flat = |i: usize| {
@@ -172,37 +203,70 @@ mod tests {
             ("huge", soup(3000, 0.05, 1e30)),
             ("largest", soup(3000, 0.05, 1e38)),
             ("overlapping", soup(3000, 2.0, 1.0)),
+            ("equal middles", (1..3000).map(nested).collect()),
+            ("needles", needles(3000)),
+            ("tiny among huge", tiny_among_huge()),
+            ("powers", powers()),
+            ("many equal", vec![one; 100_000]),
         ]
     }
 
+    type Builder = fn(&[Triangle]) -> Bvh;
+    const BUILDERS: [(&str, Builder); 2] = [("fine", Bvh::build), ("coarse", Bvh::build_coarse)];
+
     #[test]
-    fn trees_over_hard_input_are_valid() {
+    fn trees_over_hard_input_are_valid_and_shallow() {
         for (name, triangles) in hard_input() {
-            let bvh = Bvh::build(&triangles);
-            assert_eq!(bvh.validate(&triangles), Ok(()), "{name}");
-            assert!(bvh.stats().sah_cost.is_finite(), "{name}");
+            for (builder, build) in BUILDERS {
+                let bvh = build(&triangles);
+                assert_eq!(bvh.validate(&triangles), Ok(()), "{name}, {builder}");
+                let stats = bvh.stats();
+                assert!(stats.sah_cost.is_finite(), "{name}, {builder}");
+                assert!(
+                    stats.depth <= 64,
+                    "{name}, {builder}: {} nodes deep",
+                    stats.depth
+                );
+            }
         }
     }
 
     #[test]
     fn the_same_tree_for_any_number_of_threads() {
-        let triangles = soup(150_000, 0.02, 1.0);
-        let build = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("threads").install(|| Bvh::build(&triangles))
-        };
-        let one = build(1);
-        assert_eq!(one.validate(&triangles), Ok(()));
-        for threads in [2, 3, 7] {
-            let other = build(threads);
-            assert_eq!(one.file_ids, other.file_ids, "{threads} threads");
-            assert_eq!(one.lines, other.lines, "{threads} threads");
-            let bits = |b: &Bvh| -> Vec<_> {
-                let bounds = |n: &super::super::Node| n.bounds.map(|r| r.map(f32::to_bits));
-                b.nodes.iter().map(|n| (bounds(n), n.children)).collect()
+        let mut triangles = soup(60_000, 0.02, 1.0);
+        triangles.extend(tiny_among_huge());
+        for (name, builder) in BUILDERS {
+            let build = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                pool.expect("threads").install(|| builder(&triangles))
             };
-            assert_eq!(bits(&one), bits(&other), "{threads} threads");
+            let one = build(1);
+            assert_eq!(one.validate(&triangles), Ok(()), "{name}");
+            for threads in [2, 3, 7] {
+                let other = build(threads);
+                assert_eq!(one.file_ids, other.file_ids, "{name}, {threads} threads");
+                assert_eq!(one.lines, other.lines, "{name}, {threads} threads");
+                let bits = |b: &Bvh| -> Vec<_> {
+                    let bounds = |n: &super::super::Node| n.bounds.map(|r| r.map(f32::to_bits));
+                    b.nodes.iter().map(|n| (bounds(n), n.children)).collect()
+                };
+                assert_eq!(bits(&one), bits(&other), "{name}, {threads} threads");
+            }
         }
+    }
+
+    #[test]
+    fn clusters_keep_a_model_in_a_huge_scene_apart() {
+        // The same model alone and in one cell of the grid: its own part of the tree is about as good.
+        let model = soup(20_000, 0.05, 1.0);
+        let alone = Bvh::build(&model).stats();
+        let among = Bvh::build(&tiny_among_huge()[..20_020]).stats();
+        assert!(
+            among.leaves * 10 < alone.leaves * 11,
+            "{} and {} leaves",
+            among.leaves,
+            alone.leaves
+        );
     }
 
     #[test]

@@ -170,6 +170,9 @@ pub struct BenchArgs {
     /// What to measure
     #[arg(long, value_name = "WORKLOAD", value_enum, default_value = "primary")]
     pub workload: Workload,
+    /// Build the coarse tree: sooner there, slower frames, the same pictures
+    #[arg(long)]
+    pub coarse: bool,
     /// How often, after one run that does not count
     #[arg(long, value_name = "N", default_value = "30", value_parser = values::count, allow_hyphen_values = true)]
     pub frames: u32,
@@ -188,6 +191,12 @@ pub enum Workload {
     Primary,
     /// The whole picture
     Shaded,
+    /// One ray to the light from every point of the picture that is turned to it: does anything hide it?
+    Shadow,
+    /// One mirror ray from every point of the picture
+    Bounce,
+    /// As many rays as the picture has pixels, from random points in random directions
+    Random,
     /// From the scene to its BVH
     Build,
     /// From the file to the scene

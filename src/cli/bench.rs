@@ -2,24 +2,35 @@
 //!
 //! One thread is steadier on a busy machine when the system pins it: `taskset -c 1 raybomb bench --threads 1 ..`.
 
+mod rays;
+mod report;
+
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use rayon::prelude::*;
+
+use report::{Report, StagesReport};
 
 use super::args::{BenchArgs, Workload};
 use super::console::print;
 use super::exit::{Failure, Outcome};
 use super::load::{Source, is_stdin, renderer};
 use super::values::{ENGINES, name_of};
+use crate::bvh::Quality;
 use crate::camera::{Camera, Pivot, View};
 use crate::export::{Hasher, picture_hash};
-use crate::frame::{Frame, Hits};
+use crate::frame::{Frame, Hit, Hits, MISS};
 use crate::raw::ticks;
 use crate::render::{Engine, Progress, RenderStats, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
+use crate::trace::free::{FreeTracer, Ray};
+use crate::trace::light::LightGrid;
 use crate::world::World;
+
+/// Rays that a thread takes at once.
+const RAYS_AT_ONCE: usize = 8192;
 
 /// Measures what `args` ask for and prints it.
 ///
@@ -38,14 +49,26 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
             "--stages needs --workload primary or shaded and --engine fast".to_owned(),
         ));
     }
+    let free = matches!(
+        args.workload,
+        Workload::Shadow | Workload::Bounce | Workload::Random
+    );
+    if free && args.machine.engine != Engine::Fast {
+        return Err(Failure::Usage(
+            "--workload shadow, bounce and random: only --engine fast traces such rays".to_owned(),
+        ));
+    }
     let bench = Bench::load(args, progress)?;
-    let times = match args.workload {
+    let measured = match args.workload {
         Workload::Primary => bench.primary()?,
         Workload::Shaded => bench.shaded()?,
+        Workload::Shadow => bench.shadow()?,
+        Workload::Bounce => bench.bounce()?,
+        Workload::Random => bench.random()?,
         Workload::Build => bench.build()?,
         Workload::Load => bench.load_again()?,
     };
-    let mut report = bench.report(times);
+    let mut report = bench.report(measured);
     if args.stages {
         report.stages = Some(bench.stages()?);
     }
@@ -74,7 +97,8 @@ impl<'a> Bench<'a> {
         let renderer = renderer(args.machine.threads)?;
         let scene = parse_file(&renderer, &args.scene)?;
         let start = Instant::now();
-        let world = renderer.install(|| World::compile(&scene));
+        let quality = quality(args);
+        let world = renderer.install(|| World::with_quality(&scene, quality));
         let build_time = start.elapsed();
         Ok(Bench {
             view: still_view(args, &scene, &world),
@@ -96,36 +120,135 @@ impl<'a> Bench<'a> {
     }
 
     /// One ray a pixel into numbers and distances.
-    fn primary(&self) -> Result<Vec<Duration>, Failure> {
+    fn primary(&self) -> Result<Measured, Failure> {
         let frame = |hits: &mut Hits| timed(|| self.trace(&self.world, hits));
-        self.repeat(Hits::default(), frame, hits_hash)
+        let (times, hits) = self.repeat(Hits::default(), frame, |h| hits_hash(&h.pixels))?;
+        Ok(Measured::of_hits(times, &hits.pixels))
+    }
+
+    /// Rays to the light.
+    fn shadow(&self) -> Result<Measured, Failure> {
+        let origins = self.of_picture(rays::lit)?;
+        let start = Instant::now();
+        let grid = self.renderer.install(|| LightGrid::build(&self.world));
+        let build_time = start.elapsed();
+        let trace = |hits: &mut Vec<bool>| {
+            timed(|| {
+                self.each_chunk(&origins, hits, |tracer, origins, hits| {
+                    grid.hidden(self.args.machine.kernel, &self.world, tracer, origins, hits);
+                });
+                Ok(())
+            })
+        };
+        let (times, hits) = self.repeat(vec![false; origins.len()], trace, Vec::clone)?;
+        let mut hasher = Hasher::default();
+        hasher.update(&hits.iter().map(|&hit| u8::from(hit)).collect::<Vec<_>>());
+        Ok(Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: hits.len(),
+                hits: Some(hits.iter().filter(|&&hit| hit).count()),
+                hash: hasher.finish(),
+            }),
+            extra: Extra {
+                build_time,
+                bytes: grid.bytes(),
+            },
+        })
+    }
+
+    /// Mirror rays.
+    fn bounce(&self) -> Result<Measured, Failure> {
+        self.closest(&self.of_picture(rays::mirrored)?)
+    }
+
+    /// Rays that have nothing in common.
+    fn random(&self) -> Result<Measured, Failure> {
+        let pixels = self.args.size.width * self.args.size.height;
+        self.closest(&rays::random(self.world.bounds(), pixels))
+    }
+
+    fn closest(&self, rays: &[Ray]) -> Result<Measured, Failure> {
+        let trace = |hits: &mut Vec<Hit>| {
+            timed(|| {
+                self.each_chunk(rays, hits, |tracer, rays, hits| {
+                    tracer.closest_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+                });
+                Ok(())
+            })
+        };
+        let (times, hits) =
+            self.repeat(vec![Hit::NONE; rays.len()], trace, |hits| hits_hash(hits))?;
+        Ok(Measured::of_hits(times, &hits))
+    }
+
+    /// Rays or origins made from what the picture shows.
+    fn of_picture<R>(
+        &self,
+        make: fn(&Scene, &World, &View, &Hits) -> Vec<R>,
+    ) -> Result<Vec<R>, Failure> {
+        let mut hits = Hits::default();
+        self.trace(&self.world, &mut hits)?;
+        Ok(make(&self.scene, &self.world, &self.view, &hits))
+    }
+
+    /// Traces all rays on all threads.
+    fn each_chunk<R: Sync, H: Send>(
+        &self,
+        rays: &[R],
+        hits: &mut [H],
+        trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
+    ) {
+        self.renderer.install(|| {
+            rays.par_chunks(RAYS_AT_ONCE)
+                .zip(hits.par_chunks_mut(RAYS_AT_ONCE))
+                .with_max_len(1)
+                .for_each_init(FreeTracer::default, |tracer, (rays, hits)| {
+                    trace(tracer, rays, hits);
+                });
+        });
     }
 
     /// The whole picture.
-    fn shaded(&self) -> Result<Vec<Duration>, Failure> {
+    fn shaded(&self) -> Result<Measured, Failure> {
         let picture = |frame: &mut Frame| timed(|| self.picture(frame));
-        self.repeat(Frame::default(), picture, picture_hash)
+        let (times, frame) = self.repeat(Frame::default(), picture, picture_hash)?;
+        Ok(Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: frame.pixels.len(),
+                hits: None,
+                hash: picture_hash(&frame),
+            }),
+            extra: Extra::default(),
+        })
     }
 
     /// From the scene to the world; what is compared is what its rays hit.
-    fn build(&self) -> Result<Vec<Duration>, Failure> {
+    fn build(&self) -> Result<Measured, Failure> {
         let build = |world: &mut Option<World>| {
             // The last one goes before the time starts.
             *world = None;
             timed(|| {
-                *world = Some(self.renderer.install(|| World::compile(&self.scene)));
+                *world = Some(
+                    self.renderer
+                        .install(|| World::with_quality(&self.scene, quality(self.args))),
+                );
                 Ok(())
             })
         };
-        self.repeat(None, build, |world| {
+        let (times, _) = self.repeat(None, build, |world| {
             let mut hits = Hits::default();
             let traced = world.as_ref().map(|world| self.trace(world, &mut hits));
-            traced.is_some_and(|t| t.is_ok()).then(|| hits_hash(&hits))
-        })
+            traced
+                .is_some_and(|t| t.is_ok())
+                .then(|| hits_hash(&hits.pixels))
+        })?;
+        Ok(Measured::without_rays(times))
     }
 
     /// From the file to the scene.
-    fn load_again(&self) -> Result<Vec<Duration>, Failure> {
+    fn load_again(&self) -> Result<Measured, Failure> {
         let load = |scene: &mut Option<Scene>| {
             *scene = None;
             timed(|| {
@@ -133,7 +256,9 @@ impl<'a> Bench<'a> {
                 Ok(())
             })
         };
-        self.repeat(None, load, |scene| scene.as_ref() == Some(&self.scene))
+        let same = |scene: &Option<Scene>| scene.as_ref() == Some(&self.scene);
+        let (times, _) = self.repeat(None, load, same)?;
+        Ok(Measured::without_rays(times))
     }
 
     fn trace(&self, world: &World, hits: &mut Hits) -> Result<RenderStats, Failure> {
@@ -187,7 +312,7 @@ impl<'a> Bench<'a> {
         mut state: T,
         run: impl Fn(&mut T) -> Result<Duration, Failure>,
         result: impl Fn(&T) -> R,
-    ) -> Result<Vec<Duration>, Failure> {
+    ) -> Result<(Vec<Duration>, T), Failure> {
         run(&mut state)?;
         let expected = result(&state);
         let times = (0..self.args.frames)
@@ -198,22 +323,28 @@ impl<'a> Bench<'a> {
                 "the result of the last run differs from that of the first".to_owned(),
             ));
         }
-        Ok(times)
+        Ok((times, state))
     }
 
-    fn report(&self, mut times: Vec<Duration>) -> Report {
+    fn report(&self, measured: Measured) -> Report {
+        let Measured {
+            mut times,
+            rays,
+            extra,
+        } = measured;
         times.sort();
         let median_ms = median_ms(&times);
         let args = self.args;
         let triangles = self.world.triangle_count();
         let build = args.workload == Workload::Build;
-        let rays = matches!(args.workload, Workload::Primary | Workload::Shaded)
-            .then(|| (args.size.width * args.size.height) as f64);
         Report {
             scene: scene_name(&args.scene),
             workload: match args.workload {
                 Workload::Primary => "primary",
                 Workload::Shaded => "shaded",
+                Workload::Shadow => "shadow",
+                Workload::Bounce => "bounce",
+                Workload::Random => "random",
                 Workload::Build => "build",
                 Workload::Load => "load",
             },
@@ -226,14 +357,63 @@ impl<'a> Bench<'a> {
             frames: args.frames,
             median_ms,
             min_ms: ms(times[0]),
-            mrays_s: rays.map(|rays| rays / median_ms / 1e3),
+            mrays_s: rays.as_ref().map(|r| r.rays as f64 / median_ms / 1e3),
             build_ms: if build {
                 median_ms
             } else {
-                ms(self.build_time)
+                ms(self.build_time + extra.build_time)
             },
-            bytes_per_triangle: self.world.bytes() as f64 / triangles.max(1) as f64,
+            bytes_per_triangle: (self.world.bytes() + extra.bytes) as f64 / triangles.max(1) as f64,
+            coarse: args.coarse,
+            mtris_s: build.then(|| triangles as f64 / median_ms / 1e3),
+            rays: rays.as_ref().map(|r| r.rays),
+            hits: rays.as_ref().and_then(|r| r.hits),
+            hash: rays.map(|r| r.hash),
             stages: None,
+        }
+    }
+}
+
+/// What a workload took, and what came out.
+struct Measured {
+    times: Vec<Duration>,
+    rays: Option<RayCounts>,
+    extra: Extra,
+}
+
+/// What a workload builds beside the world.
+#[derive(Default)]
+struct Extra {
+    build_time: Duration,
+    bytes: usize,
+}
+
+/// Rays and what they hit.
+struct RayCounts {
+    rays: usize,
+    hits: Option<usize>,
+    /// Of all results: the same for every kernel and number of threads.
+    hash: String,
+}
+
+impl Measured {
+    fn without_rays(times: Vec<Duration>) -> Measured {
+        Measured {
+            times,
+            rays: None,
+            extra: Extra::default(),
+        }
+    }
+
+    fn of_hits(times: Vec<Duration>, hits: &[Hit]) -> Measured {
+        Measured {
+            times,
+            rays: Some(RayCounts {
+                rays: hits.len(),
+                hits: Some(hits.iter().filter(|hit| hit.id != MISS).count()),
+                hash: hits_hash(hits),
+            }),
+            extra: Extra::default(),
         }
     }
 }
@@ -241,6 +421,14 @@ impl<'a> Bench<'a> {
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
     renderer.install(|| source.parse())
+}
+
+fn quality(args: &BenchArgs) -> Quality {
+    if args.coarse {
+        Quality::Coarse
+    } else {
+        Quality::Fine
+    }
 }
 
 /// The still picture: what `render` shows.
@@ -263,10 +451,10 @@ fn timed<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<Duration, Failu
     Ok(start.elapsed())
 }
 
-fn hits_hash(hits: &Hits) -> String {
+fn hits_hash(hits: &[Hit]) -> String {
     let mut hasher = Hasher::default();
     let mut bytes = Vec::new();
-    for hits in hits.pixels.chunks(4096) {
+    for hits in hits.chunks(4096) {
         bytes.clear();
         for hit in hits {
             bytes.extend(hit.id.to_le_bytes());
@@ -297,80 +485,6 @@ fn median_ms(times: &[Duration]) -> f64 {
     }
 }
 
-/// One line of `bench --json`: scripts rely on names and order.
-#[derive(Debug, Serialize)]
-struct Report {
-    scene: String,
-    workload: &'static str,
-    engine: &'static str,
-    kernel: &'static str,
-    threads: usize,
-    width: usize,
-    height: usize,
-    triangles: usize,
-    frames: u32,
-    median_ms: f64,
-    min_ms: f64,
-    /// From the median; `null` where no rays are measured.
-    mrays_s: Option<f64>,
-    build_ms: f64,
-    bytes_per_triangle: f64,
-    /// With `--stages`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stages: Option<StagesReport>,
-}
-
-/// Ticks of the time stamp counter a pixel, all threads together.
-#[derive(Debug, Serialize)]
-struct StagesReport {
-    /// From box to box.
-    traversal: f64,
-    /// Leaves: vertices, boxes on screen, edge functions.
-    setup: f64,
-    /// From edge functions to pixels.
-    coverage: f64,
-    /// Shading and storing, or storing numbers and distances.
-    output: f64,
-}
-
-impl StagesReport {
-    fn words(&self) -> String {
-        format!(
-            "\nticks a pixel: traversal {:.2}, setup {:.2}, coverage {:.2}, output {:.2}",
-            self.traversal, self.setup, self.coverage, self.output
-        )
-    }
-}
-
-impl Report {
-    fn words(&self) -> String {
-        let rays = self
-            .mrays_s
-            .map_or_else(String::new, |m| format!(", {m:.1} Mray/s"));
-        format!(
-            "{}: {} triangles, {}x{}\n\
-             {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}\n\
-             build {:.1} ms, {:.1} bytes a triangle{}",
-            self.scene,
-            self.triangles,
-            self.width,
-            self.height,
-            self.workload,
-            self.engine,
-            self.kernel,
-            self.threads,
-            self.median_ms,
-            self.min_ms,
-            self.frames,
-            self.build_ms,
-            self.bytes_per_triangle,
-            self.stages
-                .as_ref()
-                .map_or_else(String::new, StagesReport::words)
-        )
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -387,8 +501,8 @@ mod tests {
     fn hits_that_differ_in_one_distance_hash_differently() {
         let mut hits = Hits::default();
         hits.resize(3, 2);
-        let before = hits_hash(&hits);
+        let before = hits_hash(&hits.pixels);
         hits.pixels[5].t = 1.0;
-        assert_ne!(hits_hash(&hits), before);
+        assert_ne!(hits_hash(&hits.pixels), before);
     }
 }

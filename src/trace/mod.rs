@@ -1,4 +1,5 @@
 //! Which triangle each pixel's ray hits, and how far away: one tile of 64x64 pixels at a time.
+//! Beside them, rays that do not come from the camera: [`free`] ones and those toward the [`light`].
 //!
 //! What counts as a hit is exact arithmetic in the tile's own frame ([`space`], [`exact`]); how near it is, a fixed
 //! sequence of `f32` operations ([`depth`]). So every engine, width and thread count gives the same bits, and the
@@ -9,8 +10,10 @@ mod coverage;
 pub mod depth;
 mod doubt;
 pub mod exact;
+pub mod free;
 mod frustum;
 mod leaf;
+pub mod light;
 pub mod probe;
 mod raster;
 pub mod space;

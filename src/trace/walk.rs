@@ -7,8 +7,7 @@ use super::leaf::{self, Guard, LeafContext, TAME};
 use super::probe::{Probe, StageTicks, Stopwatch};
 use super::space::{TILE, TileSpace};
 use super::tile::{BLOCKS, Tile};
-use crate::bvh::{Bvh, Child, Node};
-use crate::raw::prefetch;
+use crate::bvh::{Bvh, Child};
 use crate::simd::{Kernel, Lanes, SimdBase, SimdMask, dispatch, f32x8, lanes, load};
 
 /// Leaves wait here until their lines have come from memory; more than 4 does not help.
@@ -263,7 +262,7 @@ impl Tracer {
                 let i = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.children[i];
-                ask_for(bvh, child);
+                bvh.prefetch(child);
                 let near = survivors.near[i];
                 // Nearest on top: as deep as there are farther ones; of equals, the later lies deeper.
                 let nears = f32x8::splat(simd, near);
@@ -294,20 +293,6 @@ fn is_tame(bvh: &Bvh, space: &TileSpace) -> bool {
         .rows
         .map(|r| r.as_dvec3().abs().dot(space.eye.as_dvec3().abs() + reach));
     u + v + w * (TILE as f64 / 2.0) <= TAME
-}
-
-/// Asks for all lines of a child.
-#[inline(always)]
-fn ask_for(bvh: &Bvh, child: Child) {
-    if child.is_leaf() {
-        for line in 0..1 + 3 * child.chunks() {
-            prefetch(&bvh.lines, child.index(), line);
-        }
-    } else {
-        for line in 0..size_of::<Node>() / 64 {
-            prefetch(&bvh.nodes, child.index(), line);
-        }
-    }
 }
 
 /// Counts a visit for every 4x4 block of some 8x8 blocks.

@@ -101,12 +101,15 @@ fn info_of_a_scene_without_triangles_has_no_bounds() {
 }
 
 const BENCH_FIELDS: &str = "scene, workload, engine, kernel, threads, width, height, triangles, frames, \
-                            median_ms, min_ms, mrays_s, build_ms, bytes_per_triangle";
+                            median_ms, min_ms, mrays_s, build_ms, bytes_per_triangle, \
+                            coarse, mtris_s, rays, hits, hash";
 
 #[test]
 fn bench_prints_the_fields_of_the_contract_in_their_order() {
     let folder = Folder::new();
-    for workload in ["primary", "shaded", "build", "load"] {
+    for workload in [
+        "primary", "shaded", "shadow", "bounce", "random", "build", "load",
+    ] {
         let run = folder
             .run(&[
                 "bench",
@@ -134,7 +137,7 @@ fn bench_prints_the_fields_of_the_contract_in_their_order() {
                 .1;
         }
         let report: Value = serde_json::from_str(&run.stdout).expect("JSON");
-        assert_eq!(report.as_object().expect("an object").len(), 14);
+        assert_eq!(report.as_object().expect("an object").len(), 19);
         assert_eq!(report["scene"], "scene");
         assert_eq!(report["workload"], workload);
         assert_eq!(
@@ -150,8 +153,15 @@ fn bench_prints_the_fields_of_the_contract_in_their_order() {
             (&64.into(), &48.into())
         );
         assert!(report["median_ms"].as_f64() >= report["min_ms"].as_f64());
-        let rays = matches!(workload, "primary" | "shaded");
+        let rays = !matches!(workload, "build" | "load");
         assert_eq!(report["mrays_s"].is_number(), rays, "{workload}");
+        let built = workload == "build";
+        assert_eq!(report["mtris_s"].is_number(), built, "{workload}");
+        assert_eq!(report["rays"].is_number(), rays, "{workload}");
+        assert_eq!(report["hash"].is_string(), rays, "{workload}");
+        if rays && workload != "shaded" {
+            assert!(report["hits"].as_u64() < report["rays"].as_u64());
+        }
     }
 }
 

@@ -59,6 +59,8 @@ fn the_help_of_each_command_has_its_options_and_no_others() {
         "--kernel",
         "--engine",
         "--workload",
+        "--coarse",
+        "--stages",
         "--frames",
         "--json",
     ];

@@ -126,3 +126,13 @@ pub fn sheet(
     }
     triangles
 }
+
+/// Triangles of very different sizes about the origin.
+pub fn soup(random: &mut Random, n: usize) -> Vec<[Vec3; 3]> {
+    (0..n)
+        .map(|_| {
+            let (at, size) = (random.point(), 10f32.powf(random.range(-3.0, 0.3)));
+            [(); 3].map(|()| at + random.point() * size)
+        })
+        .collect()
+}

@@ -1,0 +1,230 @@
+//! The binned surface area heuristic: where to cut a set of boxes in two.
+//!
+//! Source: Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
+
+use super::prim::Prim;
+use crate::simd::{Simd, SimdBase, SimdMask, SimdSplit, f32x4, f32x8};
+
+/// Bins of an axis; for sets of few boxes, [`FEW_BINS`].
+const BINS: usize = 16;
+/// Bins for sets below four times as many boxes as [`BINS`]: to look through more costs more than it finds.
+const FEW_BINS: usize = 8;
+/// Beyond this an `f32` has no fraction: the low bits of a sum with it are the rounded number. Cheaper than a
+/// conversion.
+const WHOLE: f32 = 8_388_608.0;
+
+/// Boxes that will become one part of the tree.
+pub(super) struct Set<'a> {
+    pub(super) prims: &'a mut [Prim],
+    /// As long; where the parts go when the set is cut.
+    spare: &'a mut [Prim],
+    /// Around all boxes.
+    pub(super) bounds: Prim,
+    /// Triangles in all.
+    pub(super) weight: u32,
+}
+
+/// Where to cut a set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Split {
+    binning: Binning,
+    axis: usize,
+    /// Bins up to this one go left.
+    last_left: usize,
+    left: Prim,
+    right: Prim,
+    left_weight: u32,
+    /// Area times weight, summed over both sides.
+    pub(super) cost: f32,
+}
+
+/// From the middles of boxes to bins: the nearest of evenly spaced centres.
+#[derive(Clone, Copy, Debug)]
+struct Binning {
+    origin: [f32; 4],
+    factor: [f32; 4],
+}
+
+/// The middle of a box. The fourth lane is of no use.
+#[inline(always)]
+fn middle<S: Simd>(simd: S, prim: &Prim) -> f32x4<S> {
+    let (low, minus_high) = load(simd, prim).split();
+    let half = f32x4::splat(simd, 0.5);
+    // Half of each bound first: the sum may be beyond the range of f32.
+    low * half - minus_high * half
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, prim: &Prim) -> f32x8<S> {
+    f32x8::load_array_ref(simd, &prim.0)
+}
+
+impl Binning {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, prims: &[Prim], bins: usize) -> Binning {
+        let mut low = f32x4::splat(simd, f32::INFINITY);
+        let mut high = f32x4::splat(simd, f32::NEG_INFINITY);
+        for prim in prims {
+            let middle = middle(simd, prim);
+            low = low.min(middle);
+            high = high.max(middle);
+        }
+        let size = (high - low).to_array();
+        // A little less than the last bin's number, so that the largest middle stays below its upper end.
+        let factor = |d: f32| {
+            let factor = (bins - 1) as f32 * 0.9999 / d;
+            if d > 0.0 && factor.is_finite() {
+                factor
+            } else {
+                0.0
+            }
+        };
+        Binning {
+            origin: low.to_array(),
+            factor: [factor(size[0]), factor(size[1]), factor(size[2]), 0.0],
+        }
+    }
+
+    /// The bin on each axis, above [`WHOLE`].
+    #[inline(always)]
+    fn bins<S: Simd>(&self, simd: S, prim: &Prim) -> f32x4<S> {
+        let origin = f32x4::load_array(simd, self.origin);
+        let factor = f32x4::load_array(simd, self.factor);
+        (middle(simd, prim) - origin) * factor + f32x4::splat(simd, WHOLE)
+    }
+}
+
+/// What is in the bins of three axes.
+struct Bins<const N: usize> {
+    bounds: [[Prim; N]; 3],
+    weights: [[u32; N]; 3],
+}
+
+/// The box around both.
+#[inline(always)]
+fn join<S: Simd>(simd: S, a: &Prim, b: &Prim) -> Prim {
+    Prim(load(simd, a).min(load(simd, b)).to_array())
+}
+
+impl<'a> Set<'a> {
+    /// All of `prims`; `spare` is as long.
+    pub(super) fn new(prims: &'a mut [Prim], spare: &'a mut [Prim]) -> Set<'a> {
+        assert_eq!(prims.len(), spare.len(), "a spare place for each");
+        let bounds = prims.iter().fold(Prim::EMPTY, |all, p| all.join(p));
+        let weight = prims.iter().map(Prim::weight).sum();
+        Set {
+            prims,
+            spare,
+            bounds,
+            weight,
+        }
+    }
+
+    /// The cheapest cut between bins, or `None` when all middles share a bin on every axis. Areas are those of
+    /// lengths taken `scale` times.
+    #[inline(always)]
+    pub(super) fn best_split<S: Simd>(&self, simd: S, scale: f32) -> Option<Split> {
+        if self.prims.len() < 4 * BINS {
+            self.best_of_bins::<S, FEW_BINS>(simd, scale)
+        } else {
+            self.best_of_bins::<S, BINS>(simd, scale)
+        }
+    }
+
+    #[inline(always)]
+    fn best_of_bins<S: Simd, const N: usize>(&self, simd: S, scale: f32) -> Option<Split> {
+        let binning = Binning::new(simd, self.prims, N);
+        let mut bins = Bins {
+            bounds: [[Prim::EMPTY; N]; 3],
+            weights: [[0; N]; 3],
+        };
+        for prim in &*self.prims {
+            let place = binning.bins(simd, prim).to_array();
+            let (lanes, weight) = (load(simd, prim), prim.weight());
+            for (axis, place) in place[..3].iter().enumerate() {
+                let bin = place.to_bits() as usize % N;
+                let bounds = &mut bins.bounds[axis][bin];
+                *bounds = Prim(load(simd, bounds).min(lanes).to_array());
+                bins.weights[axis][bin] += weight;
+            }
+        }
+        // What lies right of each cut, from the right: area times weight, and weight.
+        let mut right = [[(0.0f32, 0u32); 3]; N];
+        let (mut bounds, mut weights) = ([Prim::EMPTY; 3], [0; 3]);
+        for i in (1..N).rev() {
+            for axis in 0..3 {
+                bounds[axis] = join(simd, &bounds[axis], &bins.bounds[axis][i]);
+                weights[axis] += bins.weights[axis][i];
+                let area = bounds[axis].half_area(scale);
+                right[i - 1][axis] = (area * weights[axis] as f32, weights[axis]);
+            }
+        }
+        let (mut cost, mut best_axis, mut last_left) = (f32::INFINITY, 0, 0);
+        let (mut bounds, mut weights) = ([Prim::EMPTY; 3], [0; 3]);
+        for (i, right) in right[..N - 1].iter().enumerate() {
+            for axis in 0..3 {
+                bounds[axis] = join(simd, &bounds[axis], &bins.bounds[axis][i]);
+                weights[axis] += bins.weights[axis][i];
+                let (right_cost, right_weight) = right[axis];
+                let this = bounds[axis].half_area(scale) * weights[axis] as f32 + right_cost;
+                if this < cost && weights[axis] > 0 && right_weight > 0 {
+                    (cost, best_axis, last_left) = (this, axis, i);
+                }
+            }
+        }
+        // Loops, not folds: a closure may not be inlined, and would be compiled without the wide instructions.
+        let (mut left, mut right) = (Prim::EMPTY, Prim::EMPTY);
+        for (i, bin) in bins.bounds[best_axis].iter().enumerate() {
+            if i <= last_left {
+                left = join(simd, &left, bin);
+            } else {
+                right = join(simd, &right, bin);
+            }
+        }
+        (cost < f32::INFINITY).then_some(Split {
+            binning,
+            axis: best_axis,
+            last_left,
+            left,
+            right,
+            left_weight: bins.weights[best_axis][..=last_left].iter().sum(),
+            cost,
+        })
+    }
+
+    /// Both sides of a cut, by copying without a branch: each box goes to the next place of its side.
+    #[inline(always)]
+    pub(super) fn cut<S: Simd>(self, simd: S, split: &Split) -> [Set<'a>; 2] {
+        let last_left = f32x4::splat(simd, WHOLE + split.last_left as f32);
+        let (mut left, mut right) = (0, self.prims.len());
+        for prim in &*self.prims {
+            let bins = split.binning.bins(simd, prim);
+            let goes_left = bins.simd_le(last_left).to_bitmask() as usize >> split.axis & 1;
+            let place = if goes_left == 1 { left } else { right - 1 };
+            self.spare[place] = *prim;
+            left += goes_left;
+            right -= 1 - goes_left;
+        }
+        let (left_prims, right_prims) = self.spare.split_at_mut(left);
+        let (left_spare, right_spare) = self.prims.split_at_mut(left);
+        let part = |prims, spare, bounds, weight| Set {
+            prims,
+            spare,
+            bounds,
+            weight,
+        };
+        let right_weight = self.weight - split.left_weight;
+        [
+            part(left_prims, left_spare, split.left, split.left_weight),
+            part(right_prims, right_spare, split.right, right_weight),
+        ]
+    }
+
+    /// Both halves in the order that the boxes have: when any cut is as good as any other.
+    pub(super) fn halve(self) -> [Set<'a>; 2] {
+        let middle = self.prims.len() / 2;
+        let (left, right) = self.prims.split_at_mut(middle);
+        let (left_spare, right_spare) = self.spare.split_at_mut(middle);
+        [Set::new(left, left_spare), Set::new(right, right_spare)]
+    }
+}

@@ -1,0 +1,317 @@
+//! The good tree: binned surface area heuristic, first over small cells of the Morton curve, then over triangles.
+//!
+//! Looking at every triangle on every level is what makes such trees slow to build. Far above the leaves a few
+//! neighbouring triangles are as good as one: so the upper levels sort clusters of them, and only sets of about a
+//! thousand triangles, which fit the first-level cache with everything they need, are sorted one by one. Nodes and
+//! leaves are written at once, eight children at a time; there is no binary tree. Sources: Wald, "On fast
+//! construction of SAH-based bounding volume hierarchies", 2007; Garanzha, Pantaleoni, McAllister, "Simpler and
+//! faster HLBVH with work queues", 2011.
+
+use rayon::prelude::*;
+
+use super::binned::{Set, Split};
+use super::emit::{Branch, Piece, Top, assemble};
+use super::morton::{self, Key};
+use super::node::{MAX_LEAF, WIDTH};
+use super::prim::Prim;
+use super::{Bvh, PartRecords};
+use crate::raw::prefetch;
+use crate::scene::Triangle;
+use crate::simd::{Kernel, Simd, dispatch};
+
+/// What one step through a node costs, in triangle tests. The kernels test 16 triangles nearly as fast as one.
+const NODE_COST: u32 = 8;
+/// Triangles of a cluster at most, but for those in one cell of the finest grid.
+const CLUSTER: usize = 16;
+/// Sets of at most this many triangles are sorted triangle by triangle.
+const PART: usize = 1 << 10;
+/// Sets of clusters with at most this many triangles are not cut.
+const SMALL_PART: u32 = 64;
+/// Ranges of keys that one thread clusters.
+const CLUSTER_RANGE: usize = 1 << 14;
+/// The children of nodes above more triangles than this are built by other threads if some are free.
+const PARALLEL: u32 = 1 << 14;
+/// Below this many nodes sets are halved without looking: it bounds the depth whatever the triangles are.
+const MAX_DEPTH: usize = 24;
+/// So many triangles ahead of their use their lines are asked for.
+const AHEAD: usize = 16;
+
+pub(super) fn build<R: Copy + Send + Sync>(
+    triangles: &[Triangle],
+    records: &PartRecords<R>,
+) -> (Bvh, Vec<R>) {
+    let sorted = morton::sort_all(triangles);
+    if sorted.keys.is_empty() {
+        return (Bvh::empty(), Vec::new());
+    }
+    let bounds = sorted.bounds.aabb();
+    let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
+    let fine = Fine {
+        triangles,
+        // Areas of very large or very small scenes would leave the range of f32.
+        scale: ((1.0 / size) as f32).min(f32::MAX),
+    };
+    let kernel = Kernel::best();
+    let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys));
+    let bounds = sorted.bounds;
+    drop(sorted);
+    let write = |piece: &mut Piece, parts: &[Vec<u32>]| {
+        let mut rooms = (Vec::new(), Vec::new());
+        for part in parts {
+            let root = dispatch!(kernel, simd => fine.part(simd, piece, part, &mut rooms));
+            piece.finish_part(root);
+        }
+    };
+    assemble(triangles, &bounds, top, Vec::len, write, records)
+}
+
+struct Fine<'a> {
+    triangles: &'a [Triangle],
+    scale: f32,
+}
+
+/// A set on its way to become a node or leaf.
+struct Candidate<'a> {
+    set: Set<'a>,
+    area: f32,
+    fate: Fate,
+}
+
+/// What becomes of a set.
+enum Fate {
+    /// Not looked at yet.
+    Unknown,
+    /// It stays whole.
+    Whole,
+    /// It is cut, where no cut is better than another.
+    Halves,
+    /// It is cut.
+    Cut(Split),
+}
+
+impl Fine<'_> {
+    fn candidate<'a>(&self, set: Set<'a>) -> Candidate<'a> {
+        Candidate {
+            area: set.bounds.half_area(self.scale),
+            set,
+            fate: Fate::Unknown,
+        }
+    }
+
+    /// The box of triangle `number`.
+    #[inline(always)]
+    fn prim(&self, number: u32) -> Prim {
+        Prim::of(&self.triangles[number as usize].corners)
+    }
+
+    /// The top over all of `keys`.
+    fn top_of_keys<S: Simd>(&self, simd: S, keys: &[Key]) -> Top<Vec<u32>> {
+        let mut prims = self.clusters(keys);
+        let mut spare = vec![Prim::EMPTY; prims.len()];
+        let all = self.candidate(Set::new(&mut prims, &mut spare));
+        self.top(simd, keys, all, 0)
+    }
+
+    /// `keys` in clusters: the cells that just hold no more than [`CLUSTER`] triangles. Their number is the place of
+    /// their first key.
+    fn clusters(&self, keys: &[Key]) -> Vec<Prim> {
+        let mut ranges = Vec::new();
+        cells(keys, 0, CLUSTER_RANGE, &mut ranges);
+        let clusters: Vec<Vec<Prim>> = ranges
+            .into_par_iter()
+            .map(|(start, keys)| {
+                let mut clusters = Vec::new();
+                cells(keys, start, CLUSTER, &mut clusters);
+                let cluster = |&(start, keys): &(usize, &[Key])| {
+                    let mut bounds = Prim::EMPTY;
+                    for (i, &key) in keys.iter().enumerate() {
+                        let later = keys.get(i + AHEAD).map_or(0, |&k| morton::number(k));
+                        prefetch(self.triangles, later as usize, 0);
+                        bounds = bounds.join(&self.prim(morton::number(key)));
+                    }
+                    bounds.with(start as u32, keys.len() as u32)
+                };
+                clusters.iter().map(cluster).collect()
+            })
+            .collect();
+        clusters.concat()
+    }
+
+    /// The top over a set of clusters.
+    fn top<S: Simd>(&self, simd: S, keys: &[Key], whole: Candidate, depth: usize) -> Top<Vec<u32>> {
+        if let [cluster] = &*whole.set.prims
+            && cluster.weight() as usize > PART
+        {
+            return self.dense(simd, keys_of(keys, cluster), keys.len());
+        }
+        if whole.set.weight as usize <= PART {
+            let clusters = whole.set.prims.iter();
+            let keys = clusters.flat_map(|cluster| keys_of(keys, cluster));
+            return Top::Part(keys.map(|&key| morton::number(key)).collect());
+        }
+        let parallel = whole.set.weight > PARALLEL;
+        let children = self.open::<S, true>(simd, whole, depth);
+        let top = |child| self.top(simd, keys, child, depth + 1);
+        Top::Node(if parallel {
+            children.into_par_iter().map(top).collect()
+        } else {
+            children.into_iter().map(top).collect()
+        })
+    }
+
+    /// The top over one cell of the finest grid with many triangles, out of `of_all`: on a finer grid of its own, if
+    /// that tells them apart.
+    fn dense<S: Simd>(&self, simd: S, keys: &[Key], of_all: usize) -> Top<Vec<u32>> {
+        if keys.len() < of_all {
+            let sorted = morton::sort_again(self.triangles, keys);
+            return self.top_of_keys(simd, &sorted.keys);
+        }
+        even(keys)
+    }
+
+    /// Writes a part; `rooms` are kept from one to the next.
+    fn part<S: Simd>(
+        &self,
+        simd: S,
+        piece: &mut Piece,
+        numbers: &[u32],
+        rooms: &mut (Vec<Prim>, Vec<Prim>),
+    ) -> Branch {
+        let (prims, spare) = rooms;
+        prims.clear();
+        for (i, &number) in numbers.iter().enumerate() {
+            let later = numbers.get(i + AHEAD).map_or(0, |&n| n);
+            prefetch(self.triangles, later as usize, 0);
+            prims.push(self.prim(number).with(number, 1));
+        }
+        spare.resize(numbers.len(), Prim::EMPTY);
+        let all = self.candidate(Set::new(prims, spare));
+        self.branch(simd, piece, all, 0)
+    }
+
+    /// Writes everything in a set of triangles.
+    fn branch<S: Simd>(
+        &self,
+        simd: S,
+        piece: &mut Piece,
+        mut whole: Candidate,
+        depth: usize,
+    ) -> Branch {
+        if matches!(whole.fate, Fate::Unknown) {
+            whole.fate = self.fate::<S, false>(simd, &whole.set, depth);
+        }
+        if matches!(whole.fate, Fate::Whole) {
+            let mut numbers = [0; MAX_LEAF];
+            for (number, prim) in numbers.iter_mut().zip(&*whole.set.prims) {
+                *number = prim.number();
+            }
+            return piece.leaf(&numbers[..whole.set.prims.len()]);
+        }
+        let me = piece.reserve_node();
+        let bounds = whole.set.bounds;
+        let children = self.open::<S, false>(simd, whole, depth);
+        for (slot, child) in children.into_iter().enumerate() {
+            let branch = self.branch(simd, piece, child, depth + 1);
+            piece.set_child(me, slot, &branch);
+        }
+        Piece::branch(me, bounds)
+    }
+
+    /// Up to eight sets that together hold what `whole` holds, which is to be cut: cuts the one with the largest box
+    /// again and again.
+    fn open<'a, S: Simd, const CLUSTERS: bool>(
+        &self,
+        simd: S,
+        whole: Candidate<'a>,
+        depth: usize,
+    ) -> Vec<Candidate<'a>> {
+        let mut children = Vec::with_capacity(WIDTH);
+        children.push(whole);
+        while children.len() < WIDTH {
+            // The first of equals, so that the order is that of the cuts.
+            let largest = children
+                .iter()
+                .enumerate()
+                .filter(|(_, c)| !matches!(c.fate, Fate::Whole))
+                .rev()
+                .max_by(|a, b| a.1.area.total_cmp(&b.1.area))
+                .map(|(i, _)| i);
+            let Some(at) = largest else { break };
+            if matches!(children[at].fate, Fate::Unknown) {
+                children[at].fate = self.fate::<S, CLUSTERS>(simd, &children[at].set, depth);
+                if matches!(children[at].fate, Fate::Whole) {
+                    continue;
+                }
+            }
+            let Candidate { set, fate, .. } = children.remove(at);
+            let sides = match fate {
+                Fate::Cut(split) => simd.vectorize(
+                    #[inline(always)]
+                    || set.cut(simd, &split),
+                ),
+                _ => set.halve(),
+            };
+            let [left, right] = sides.map(|side| self.candidate(side));
+            children.insert(at, left);
+            children.insert(at + 1, right);
+        }
+        children
+    }
+
+    fn fate<S: Simd, const CLUSTERS: bool>(&self, simd: S, set: &Set, depth: usize) -> Fate {
+        let small = if CLUSTERS { SMALL_PART } else { NODE_COST };
+        // No cut of so few is worth a node.
+        if set.weight <= small || set.prims.len() == 1 {
+            return Fate::Whole;
+        }
+        let may_stay = !CLUSTERS && set.prims.len() <= MAX_LEAF;
+        let split = (depth < MAX_DEPTH).then(|| {
+            simd.vectorize(
+                #[inline(always)]
+                || set.best_split(simd, self.scale),
+            )
+        });
+        let area = set.bounds.half_area(self.scale);
+        match split.flatten() {
+            Some(split)
+                if !may_stay || NODE_COST as f32 * area + split.cost < area * set.weight as f32 =>
+            {
+                Fate::Cut(split)
+            }
+            _ if may_stay => Fate::Whole,
+            _ => Fate::Halves,
+        }
+    }
+}
+
+/// Cuts `keys`, the first of which is number `start` of all, in cells with at most `most` triangles; cells of the
+/// finest grid stay whole.
+fn cells<'a>(keys: &'a [Key], start: usize, most: usize, out: &mut Vec<(usize, &'a [Key])>) {
+    let of_one_cell = || morton::code(keys[0]) == morton::code(keys[keys.len() - 1]);
+    if keys.len() <= most || of_one_cell() {
+        out.push((start, keys));
+    } else {
+        let cut = morton::cut(keys);
+        cells(&keys[..cut], start, most, out);
+        cells(&keys[cut..], start + cut, most, out);
+    }
+}
+
+/// The keys of a cluster.
+fn keys_of<'a>(keys: &'a [Key], cluster: &Prim) -> &'a [Key] {
+    let rest = &keys[cluster.number() as usize..];
+    let weight = cluster.weight();
+    if weight < Prim::MAX_WEIGHT {
+        return &rest[..weight as usize];
+    }
+    let cell = morton::code(rest[0]);
+    &rest[..rest.partition_point(|&key| morton::code(key) == cell)]
+}
+
+/// Triangles that nothing tells apart: parts of the same size.
+fn even(keys: &[Key]) -> Top<Vec<u32>> {
+    if keys.len() <= PART {
+        return Top::Part(keys.iter().map(|&key| morton::number(key)).collect());
+    }
+    Top::Node(keys.chunks(keys.len().div_ceil(WIDTH)).map(even).collect())
+}

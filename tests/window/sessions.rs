@@ -157,3 +157,22 @@ fn the_end_of_a_script_leaves_the_window_to_the_hand() {
     viewer.keys(&["q"]);
     assert_eq!(viewer.ends().code(), Some(0));
 }
+
+#[test]
+fn sessions_settle_with_all_samples_while_playing_and_after_another_scene() {
+    let Some(desk) = Desk::new() else { return };
+    std::fs::write(
+        desk.path("scenery.txt"),
+        SCENE.replace("255 80 0", "0 250 255"),
+    )
+    .expect("written");
+    let mut viewer = scripted(&desk, &["--aa", "8"]);
+    let (report, _) = settles(&desk, &mut viewer, 0, "play\nwait 0.5\nsettle");
+    assert_eq!(report["aa"], 8);
+    let (report, _) = settles(&desk, &mut viewer, 1, "start-turn x\nwait 0.4\nsettle");
+    assert_ne!(report["frame"], report["last_frame"]);
+    viewer.tell("stop-turns\nnext-scene\nsettle");
+    viewer.prints(2);
+    let options = ["--size", "320x240", "--aa", "8"];
+    viewer.shows(&desk.render_file("scenery.txt", &options), "the next scene");
+}

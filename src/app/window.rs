@@ -4,10 +4,11 @@
 //! that the state wants goes to the [`Painter`] when the [`Pace`] says so, and the loop sleeps until something happens
 //! or is due.
 
+mod scene;
 mod session;
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -19,18 +20,17 @@ use winit::window::{Fullscreen, Window, WindowId};
 
 use super::action::Action;
 use super::input::Input;
-use super::loader::{LoadError, Loaded, Source};
-use super::opener::{Heard, Opener, Outcome};
+use super::loader::{LoadError, Source};
+use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
 use super::pace::{Moment, Pace};
 use super::painter::{Notice, Painter, Picture};
-use super::save::Saved;
 use super::screen::{Screen, Stage};
 use super::session::{NextLine, Session, print};
-use super::state::{Command, OverlayWish, State, Subject};
+use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, moves, screenshot, script};
-use crate::camera::{Camera, Pivot};
+use super::{AppError, AppOptions, backend, keys, screenshot, script};
+use crate::camera::Pivot;
 use crate::render::Renderer;
 
 /// What other threads tell the event loop.
@@ -43,19 +43,9 @@ enum Message {
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
     /// The scene is saved, or not.
-    SceneSaved(SaveEnding),
+    SceneSaved(scene::SaveEnding),
     /// The script has another line.
     Script(NextLine),
-}
-
-/// How saving a scene ended.
-#[derive(Debug)]
-struct SaveEnding {
-    /// The number of the scene.
-    opened: u64,
-    /// Of its operations, what the hand recorded.
-    recorded: moves::Recorded,
-    result: io::Result<Saved>,
 }
 
 /// Opens the window and shows the scene until the user quits.
@@ -318,91 +308,6 @@ impl Viewer {
         self.stage.request_redraw();
         if self.to_be_saved {
             self.save_picture();
-        }
-    }
-
-    /// The opener heard something.
-    fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
-        match self.opener.hear(heard, Instant::now()) {
-            Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
-            Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
-            Some(Outcome::Kept(e)) => report(&e.words(false)),
-            None => {}
-        }
-    }
-
-    /// Shows another scene, or the same one saved `again`.
-    fn open(&mut self, loaded: Loaded, again: bool) {
-        let Loaded {
-            camera,
-            base,
-            operations,
-            bounds,
-            world,
-        } = loaded;
-        let subject = Subject {
-            camera,
-            base,
-            operations,
-            pivot: self.pivot.point(bounds),
-        };
-        self.state.advance(self.now());
-        if again {
-            self.state.reload(subject);
-        } else {
-            self.origin = self.opener.source().clone();
-            self.opened += 1;
-            self.scrubbing = false;
-            self.state.open(subject);
-            self.take_shape(&base);
-        }
-        if std::mem::take(&mut self.play) {
-            self.state.play();
-        }
-        self.statistics = Statistics::new(self.threads, world.triangle_count());
-        self.painter.set_world(world);
-        self.pace.forget();
-        self.set_title();
-    }
-
-    fn set_title(&mut self) {
-        if let Some(screen) = self.stage.screen() {
-            screen.window.set_title(&title(&self.opener));
-        }
-    }
-
-    /// The first scene gives a window its shape, unless a size was asked for.
-    fn take_shape(&mut self, camera: &Camera) {
-        let (width, height) = camera.default_size();
-        if self.has_own_size || self.picture.is_some() || self.state.size_px() == (width, height) {
-            return;
-        }
-        let mut resized = None;
-        if let Some(screen) = self.stage.screen() {
-            resized = screen.window.request_inner_size(physical(width, height));
-        }
-        // Where the answer comes later, it comes as an event.
-        if let Some(size) = resized {
-            self.resized(size);
-        }
-    }
-
-    /// Opens another source, while the scene before it stays until that is ready.
-    fn open_source(&mut self, event_loop: &ActiveEventLoop, source: Source) {
-        if let Err(e) = self.opener.open(source) {
-            self.fail(event_loop, AppError::NoScene(e));
-        }
-    }
-
-    fn dropped(&mut self, path: PathBuf) {
-        self.state.advance(self.now());
-        self.state.leave(Command::Open(path));
-    }
-
-    fn browse(&mut self, event_loop: &ActiveEventLoop, forward: bool) {
-        match self.opener.neighbour(forward) {
-            Some(source) => self.open_source(event_loop, source),
-            None => self.tell("there is no other scene in the folder"),
         }
     }
 

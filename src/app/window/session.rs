@@ -1,18 +1,15 @@
-//! The window at work on a session: scripts, the mouse, and scenes that are saved.
+//! The window at work on a session: scripts and the mouse.
 
 use winit::dpi::PhysicalSize;
 use winit::event::ElementState;
 use winit::event_loop::ActiveEventLoop;
 
-use super::{Message, SaveEnding, Stage, Viewer};
+use super::{Stage, Viewer};
 use crate::app::action::Action;
 use crate::app::bindings::Button;
-use crate::app::loader::Source;
 use crate::app::painter::Picture;
-use crate::app::save::save;
 use crate::app::script::Line;
 use crate::app::session::print;
-use crate::app::state::Document;
 
 impl Viewer {
     /// Plays the lines of the script that are due.
@@ -103,44 +100,5 @@ impl Viewer {
             _ => moved,
         };
         self.act(action);
-    }
-
-    /// Saves the scene with the hand's moves, on a thread of its own.
-    pub(super) fn save_scene(&mut self, document: Document) {
-        let (origin, opened) = (self.origin.clone(), self.opened);
-        let proxy = self.proxy.clone();
-        self.pending += 1;
-        self.opener.begin_saving();
-        self.saving.push(std::thread::spawn(move || {
-            let result = save(&origin, &document);
-            let ending = SaveEnding {
-                opened,
-                recorded: document.recorded,
-                result,
-            };
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(ending));
-        }));
-    }
-
-    pub(super) fn scene_saved(&mut self, ending: SaveEnding) {
-        let SaveEnding {
-            opened,
-            recorded,
-            result,
-        } = ending;
-        self.pending -= 1;
-        let is_open = opened == self.opened;
-        let name = match &result {
-            Ok(saved) => Ok(saved.path.display().to_string()),
-            Err(e) => Err(e.to_string()),
-        };
-        if let (true, Ok(saved)) = (is_open, &result) {
-            self.origin = Source::File(saved.path.clone());
-        }
-        self.opener.end_saving(result.ok().filter(|_| is_open));
-        self.set_title();
-        self.state.advance(self.now());
-        self.state.saved(is_open.then_some(recorded), name);
     }
 }

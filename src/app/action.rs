@@ -124,6 +124,11 @@ pub enum Action {
     Screenshot,
     /// Enter or leave fullscreen.
     ToggleFullscreen,
+    /// Another scene of the file's folder.
+    Browse {
+        /// The next one by name; otherwise the one before.
+        forward: bool,
+    },
     /// Close what is open, else leave fullscreen, else quit.
     Back,
     /// End the program.
@@ -171,6 +176,8 @@ const WORDS: &[(&str, Action)] = &[
     ("sheet", Action::ToggleSheet),
     ("screenshot", Action::Screenshot),
     ("fullscreen", Action::ToggleFullscreen),
+    ("next-scene", Action::Browse { forward: true }),
+    ("previous-scene", Action::Browse { forward: false }),
     ("back", Action::Back),
     ("quit", Action::Quit),
 ];

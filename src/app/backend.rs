@@ -3,7 +3,7 @@
 use std::panic;
 
 use winit::event_loop::{EventLoop, EventLoopBuilder};
-use winit::window::WindowAttributes;
+use winit::window::{Window, WindowAttributes};
 
 use super::AppError;
 
@@ -72,6 +72,24 @@ pub fn named(attributes: WindowAttributes) -> WindowAttributes {
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub fn named(attributes: WindowAttributes) -> WindowAttributes {
     attributes
+}
+
+/// The size of the picture for a window of this size: smaller only where an X server takes no larger one.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn fitted(window: &Window, size: (u32, u32)) -> (u32, u32) {
+    use super::surface_limit;
+    // Every server takes this much, in any way.
+    const SMALL: u64 = 1 << 24;
+    if 4 * u64::from(size.0) * u64::from(size.1) + 4096 < SMALL {
+        return size;
+    }
+    surface_limit::fitted(size, surface_limit::of(window))
+}
+
+/// The size of the picture for a window of this size.
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub fn fitted(_window: &Window, size: (u32, u32)) -> (u32, u32) {
+    size
 }
 
 #[cfg(test)]

@@ -29,6 +29,10 @@ pub enum Key {
     End,
     /// Backspace.
     Backspace,
+    /// Page up.
+    PageUp,
+    /// Page down.
+    PageDown,
 }
 
 /// A button of the mouse.
@@ -130,6 +134,8 @@ impl fmt::Display for Chord {
             Trigger::Key(Key::Home) => f.write_str("Home"),
             Trigger::Key(Key::End) => f.write_str("End"),
             Trigger::Key(Key::Backspace) => f.write_str("Backspace"),
+            Trigger::Key(Key::PageUp) => f.write_str("PageUp"),
+            Trigger::Key(Key::PageDown) => f.write_str("PageDown"),
             Trigger::Drag(Button::Left) => f.write_str("left-drag"),
             Trigger::Drag(Button::Middle) => f.write_str("middle-drag"),
             Trigger::Drag(Button::Right) => f.write_str("right-drag"),
@@ -261,6 +267,7 @@ const FRAME: &str = "one frame back, one on";
 const OPERATION: &str = "one operation back, one on";
 const ENDS: &str = "to the first frame, to the last";
 const SPEED: &str = "play at half the speed, slower, faster, at twice the speed";
+const BROWSE: &str = "next or previous scene of the folder";
 const SHEET: &str = "this sheet on or off";
 const UNDO: &str = "undo a move, redo it";
 const SAVE: &str = "save the scene with the moves; under a new name";
@@ -377,12 +384,14 @@ pub const BINDINGS: &[Binding] = &[
     letter('i', Action::ToggleStatistics, "statistics on or off"),
     letter('s', Action::Screenshot, "save the picture as a PNG file"),
     letter('f', Action::ToggleFullscreen, "fullscreen on or off"),
+    key(Key::PageDown, Action::Browse { forward: true }, BROWSE),
+    key(Key::PageUp, Action::Browse { forward: false }, BROWSE),
     letter('h', Action::ToggleSheet, SHEET),
     letter('?', Action::ToggleSheet, SHEET),
     key(
         Key::Escape,
         Action::Back,
-        "close what is open, leave fullscreen, quit",
+        "cancel loading, close what is open, leave fullscreen, quit",
     ),
     letter('q', Action::Quit, "quit"),
     letter('n', Action::Decline, "answer no (q or y: yes)"),

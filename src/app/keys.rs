@@ -23,6 +23,8 @@ pub fn key_of(event: &KeyEvent) -> Option<Key> {
         WinitKey::Named(NamedKey::Home) => Some(Key::Home),
         WinitKey::Named(NamedKey::End) => Some(Key::End),
         WinitKey::Named(NamedKey::Backspace) => Some(Key::Backspace),
+        WinitKey::Named(NamedKey::PageUp) => Some(Key::PageUp),
+        WinitKey::Named(NamedKey::PageDown) => Some(Key::PageDown),
         WinitKey::Character(text) => {
             let c = text.chars().next()?.to_lowercase().next()?;
             let c = if c.is_ascii() {

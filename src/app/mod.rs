@@ -1,30 +1,40 @@
 //! The viewer: a window that shows the scene, turns with the hand and plays the operations.
 //!
-//! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, the [`painter`]
-//! thread renders it, the [`window`] shows it whole. Everything but the window itself is plain data that tests
-//! reach. The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame
-//! number: the window's pixels are the file's, to the bit. What the hand does to the camera is kept as it would
-//! be saved ([`moves`]), so that stays true of scenes saved from the window.
+//! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, [`pace`] decides when and
+//! how fine, the [`painter`] thread renders it, the [`window`] shows it whole. Scenes come by way of the [`opener`],
+//! which loads and watches files on other threads. Everything but the window itself is plain data that tests reach.
+//! The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame number: the
+//! window's pixels are the file's, to the bit. What the hand does to the camera is kept as it would be saved
+//! ([`moves`]), so that stays true of scenes saved from the window.
 
 mod action;
 mod backend;
 mod bindings;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
+mod governor;
 mod input;
 mod keys;
+mod latency;
+mod loader;
 mod moves;
+mod opener;
 mod orbit;
 mod overlay;
+mod pace;
 mod painter;
 mod present;
 mod save;
+mod screen;
 mod screenshot;
 mod script;
 mod scrub;
 mod session;
 mod state;
 mod statistics;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod surface_limit;
+mod watch;
 mod window;
 
 use std::fmt;
@@ -32,24 +42,24 @@ use std::path::PathBuf;
 
 use crate::camera::{Camera, Pivot};
 use crate::geometry::Aabb;
-use crate::render::Settings;
-use crate::scene::Scene;
+use crate::render::{Samples, Settings};
+use crate::scene::CameraSetting;
 use crate::simd::Kernel;
 use crate::timeline::Timing;
 
 /// What to show and how.
 #[derive(Debug)]
 pub struct AppOptions {
-    /// The scene; the window has it to itself.
-    pub scene: Scene,
-    /// Where its text is.
-    pub origin: Origin,
-    /// What the window's title calls it.
-    pub name: String,
+    /// Where the scene comes from.
+    pub source: Source,
     /// The picture's size in physical pixels; `None`: the projection plane's shape.
     pub size: Option<(usize, usize)>,
     /// How to render, to begin with.
     pub settings: Settings,
+    /// Samples a pixel when nothing moves.
+    pub samples: Samples,
+    /// Pictures a second while something moves: those that would be late are coarser.
+    pub target_fps: f64,
     /// Threads that render; 0: one a core.
     pub threads: usize,
     /// How operations become frames.
@@ -71,38 +81,36 @@ pub struct AppOptions {
 }
 
 impl AppOptions {
-    /// The state that the window opens with.
+    /// The state before there is a scene, with the size that the window opens with.
     fn initial_state(&self) -> state::State {
-        let bounds = Aabb::of_triangles(&self.scene.triangles);
-        let base = Camera::of_scene(&self.scene, bounds);
+        let base = Camera::default_for(Aabb::EMPTY);
         let setting = state::Setting {
-            camera: self.scene.camera,
+            camera: CameraSetting::Default,
             base,
-            operations: self.scene.operations.clone(),
+            operations: Vec::new(),
             timing: self.timing,
-            pivot: self.pivot.point(bounds),
+            pivot: self.pivot.point(Aabb::EMPTY),
             stretch: self.stretch,
             overlay: self.overlay,
             print_picks: self.print_picks,
             kernels: Kernel::available(),
         };
-        let size = self.size.unwrap_or_else(|| base.default_size());
-        let mut state = state::State::new(setting, self.settings, size);
-        if self.play {
-            state.play();
-        }
-        state
+        let size = self.size.or_else(|| self.source.default_size());
+        let size = size.unwrap_or_else(|| base.default_size());
+        state::State::new(setting, self.settings, size)
     }
 }
 
 /// Why there is no window, or no longer one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum AppError {
     /// No display answers, or it gives no window: the one failure that says nothing against the scene.
     NoWindow {
         /// What was tried.
         why: String,
     },
+    /// There is no scene to show.
+    NoScene(LoadError),
     /// Something that a window needs failed.
     Broken {
         /// What.
@@ -117,6 +125,7 @@ impl fmt::Display for AppError {
                 f,
                 "no window to be had: {why}\nhint: `raybomb render SCENE -o picture.png` needs no window"
             ),
+            AppError::NoScene(e) => e.fmt(f),
             AppError::Broken { why } => f.write_str(why),
         }
     }
@@ -125,5 +134,5 @@ impl fmt::Display for AppError {
 impl std::error::Error for AppError {}
 
 pub use bindings::sheet;
-pub use save::Origin;
+pub use loader::{LoadError, Source, read_file};
 pub use window::run;

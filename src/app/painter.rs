@@ -1,26 +1,57 @@
-//! The render thread: at most one picture in the making and one wish waiting, and the newest wish wins.
+//! The render thread: at most one picture in the making and one order waiting, and the newest order wins.
 //!
-//! Events never wait for a picture, and a slow picture never builds up a queue. Frames go round: the window
-//! gives back the one that it no longer shows, so memory does not grow.
+//! Events never wait for a picture, and a slow picture never builds up a queue. A picture of what moves is always
+//! finished, so that something is seen of the way; the fine picture of what stands, and its refinement, stops at the
+//! next tile when another order comes. Frames go round: the window gives back the one that it no longer shows, so
+//! memory does not grow.
 
 use std::any::Any;
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Instant;
 
 use super::state::{Probe, Wish};
+use crate::camera::View;
 use crate::frame::Frame;
-use crate::render::{Picked, Progress, RenderStats, Renderer};
-use crate::scene::Scene;
+use crate::render::{Cancelled, Picked, Progress, Refinement, RenderStats, Renderer, Samples};
 use crate::world::World;
+
+/// What to paint, and how well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Order {
+    /// The number of the scene that it is of.
+    pub scene: u64,
+    /// The picture.
+    pub wish: Wish,
+    /// Pixels of the window, each way, that a pixel of the picture stands for.
+    pub pixel_size: usize,
+    /// Refine it up to so many samples a pixel; 1 where pixels are larger.
+    pub samples: Samples,
+    /// It is one of many: the next order must not stop it.
+    pub moving: bool,
+    /// When a hand asked for it.
+    pub asked: Option<Instant>,
+}
 
 /// A whole picture.
 #[derive(Debug)]
 pub struct Picture {
     /// Its pixels.
     pub frame: Frame,
+    /// The number of the scene that was asked for.
+    pub scene: u64,
     /// What was asked for.
     pub wish: Wish,
+    /// Pixels of the window, each way, that one of its pixels stands for.
+    pub pixel_size: usize,
+    /// How fine it is.
+    pub samples: Samples,
+    /// It was one of many.
+    pub moving: bool,
+    /// When a hand asked for it; refinements are not asked for.
+    pub asked: Option<Instant>,
     /// What it took.
     pub stats: RenderStats,
 }
@@ -34,8 +65,6 @@ pub enum Notice {
     Probed(Box<(Probe, Option<Picked>)>),
     /// A picture failed; the next one may do.
     Failed(String),
-    /// There will be no pictures.
-    Broken(String),
 }
 
 /// The handle on the render thread. Dropped, the thread stops at the next tile; nobody waits for it.
@@ -48,22 +77,37 @@ pub struct Painter {
 struct Shared {
     desk: Mutex<Desk>,
     bell: Condvar,
-    progress: Progress,
 }
 
 /// What lies between the window and the render thread.
 #[derive(Debug, Default)]
 struct Desk {
-    wish: Option<Wish>,
-    probes: Vec<Probe>,
+    order: Option<Order>,
+    probes: VecDeque<Probe>,
+    world: Option<Arc<World>>,
+    /// The picture in the making, if another order may stop it.
+    interruptible: Option<Arc<Progress>>,
     spare: Vec<Frame>,
     closed: bool,
 }
 
-/// What the thread does next.
+/// What the thread does next, and with which world.
 enum Job {
-    Paint(Wish, Frame),
-    Probe(Probe),
+    Paint(Order, Arc<World>),
+    Probe(Probe, Arc<World>),
+}
+
+impl Desk {
+    fn has_job(&self) -> bool {
+        self.world.is_some() && (self.order.is_some() || !self.probes.is_empty())
+    }
+
+    /// Stops the picture in the making, if that may be.
+    fn interrupt(&mut self) {
+        if let Some(progress) = self.interruptible.take() {
+            progress.cancel();
+        }
+    }
 }
 
 impl Shared {
@@ -72,34 +116,54 @@ impl Shared {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for something to do; `None` when the window is gone.
+    /// Waits for a question or an order, and a world; `None` when the window is gone. Questions come first.
     fn next_job(&self) -> Option<Job> {
         let desk = self.desk();
         let mut desk = self
             .bell
-            .wait_while(desk, |d| {
-                d.wish.is_none() && d.probes.is_empty() && !d.closed
-            })
+            .wait_while(desk, |d| !d.closed && !d.has_job())
             .unwrap_or_else(PoisonError::into_inner);
         if desk.closed {
             return None;
         }
-        if let Some(probe) = desk.probes.pop() {
-            return Some(Job::Probe(probe));
+        let world = desk.world.clone()?;
+        if let Some(probe) = desk.probes.pop_front() {
+            return Some(Job::Probe(probe, world));
         }
-        let wish = desk.wish.take()?;
-        let frame = desk.spare.pop().unwrap_or_default();
-        Some(Job::Paint(wish, frame))
+        Some(Job::Paint(desk.order.take()?, world))
+    }
+
+    /// A question that waits for an answer.
+    fn next_probe(&self) -> Option<(Probe, Arc<World>)> {
+        let mut desk = self.desk();
+        let world = desk.world.clone()?;
+        Some((desk.probes.pop_front()?, world))
+    }
+
+    /// A picture of `order` begins. What came since the order was taken stops it at its first tile.
+    fn begin(&self, order: &Order) -> Arc<Progress> {
+        let progress = Arc::new(Progress::new());
+        let mut desk = self.desk();
+        desk.interruptible = (!order.moving).then(|| Arc::clone(&progress));
+        if desk.closed || desk.has_job() {
+            desk.interrupt();
+        }
+        progress
+    }
+
+    /// True when the picture in the making is not wanted any more.
+    fn is_superseded(&self) -> bool {
+        let desk = self.desk();
+        desk.closed || desk.order.is_some()
     }
 }
 
 impl Painter {
-    /// Starts the thread, which compiles `scene` first. It calls `notify` for each picture.
+    /// Starts the thread. It paints as soon as it has a world and an order, and calls `notify` for each picture.
     ///
     /// # Errors
     /// When the system gives no thread.
     pub fn start(
-        scene: Scene,
         renderer: Renderer,
         notify: impl Fn(Notice) + Send + 'static,
     ) -> std::io::Result<Painter> {
@@ -109,19 +173,34 @@ impl Painter {
         };
         thread::Builder::new()
             .name("painter".into())
-            .spawn(move || paint(scene, &renderer, &shared, &notify))?;
+            .spawn(move || paint(&renderer, &shared, &notify))?;
         Ok(painter)
     }
 
+    /// Pictures that are begun from now on show `world`: another scene, or a better tree of the same.
+    pub fn set_world(&self, world: Arc<World>) {
+        let old = self.shared.desk().world.replace(world);
+        self.shared.bell.notify_one();
+        // Millions of triangles take their time to go, and the next picture must not wait for it. Without a thread
+        // they go here.
+        let _ = thread::Builder::new().spawn(move || drop(old));
+    }
+
     /// Asks for a picture, instead of one that was asked for and not begun.
-    pub fn wish(&self, wish: Wish) {
-        self.shared.desk().wish = Some(wish);
+    pub fn order(&self, order: Order) {
+        let mut desk = self.shared.desk();
+        let waited = desk.order.and_then(|old| old.asked);
+        let asked = waited.into_iter().chain(order.asked).min();
+        desk.order = Some(Order { asked, ..order });
+        desk.interrupt();
         self.shared.bell.notify_one();
     }
 
-    /// Asks what a pixel shows.
+    /// Asks what a pixel shows. What is being refined waits for the answer.
     pub fn probe(&self, probe: Probe) {
-        self.shared.desk().probes.push(probe);
+        let mut desk = self.shared.desk();
+        desk.probes.push_back(probe);
+        desk.interrupt();
         self.shared.bell.notify_one();
     }
 
@@ -133,53 +212,102 @@ impl Painter {
 
 impl Drop for Painter {
     fn drop(&mut self) {
-        self.shared.desk().closed = true;
-        self.shared.progress.cancel();
+        let mut desk = self.shared.desk();
+        desk.closed = true;
+        desk.interrupt();
         self.shared.bell.notify_one();
     }
 }
 
-/// The thread: compiles the scene, then paints wish after wish.
-fn paint(scene: Scene, renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
-    let compiled = catch_unwind(AssertUnwindSafe(|| {
-        renderer.install(|| World::compile(&scene))
-    }));
-    drop(scene);
-    let world = match compiled {
-        Ok(world) => world,
-        Err(panic) => return notify(Notice::Broken(message_of(&*panic))),
-    };
+/// The thread: paints order after order, and answers questions.
+fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
+    let mut refinement = Refinement::default();
     while let Some(job) = shared.next_job() {
-        let (wish, mut frame) = match job {
-            Job::Paint(wish, frame) => (wish, frame),
-            Job::Probe(probe) => {
-                let Wish { view, settings } = probe.wish;
-                let (engine, kernel) = (settings.engine, settings.kernel);
-                let found = catch_unwind(AssertUnwindSafe(|| {
-                    renderer.pick(&world, &view, engine, kernel, probe.pixel)
-                }));
-                let found = found.unwrap_or_else(|panic| {
-                    notify(Notice::Failed(message_of(&*panic)));
-                    None
-                });
-                notify(Notice::Probed(Box::new((probe, found))));
+        let (order, world) = match job {
+            Job::Paint(order, world) => (order, world),
+            Job::Probe(probe, world) => {
+                answer(renderer, &world, probe, notify);
                 continue;
             }
         };
-        let result = catch_unwind(AssertUnwindSafe(|| {
-            renderer.picture(
-                &world,
-                &wish.view,
-                &wish.settings,
-                &mut frame,
-                &shared.progress,
-            )
-        }));
-        match result {
-            Ok(Ok(stats)) => notify(Notice::Picture(Box::new(Picture { frame, wish, stats }))),
-            Ok(Err(_cancelled)) => return,
-            Err(panic) => notify(Notice::Failed(message_of(&*panic))),
+        refinement.restart();
+        let view = coarse(&order.wish.view, order.pixel_size);
+        let mut samples = Some(Samples::ONE);
+        while let Some(now) = samples {
+            let progress = shared.begin(&order);
+            let mut frame = shared.desk().spare.pop().unwrap_or_default();
+            let result = catch_unwind(AssertUnwindSafe(|| {
+                refinement.picture(
+                    renderer,
+                    &world,
+                    &view,
+                    &order.wish.settings,
+                    now,
+                    &mut frame,
+                    &progress,
+                )
+            }));
+            match result {
+                Ok(Ok(stats)) => {
+                    samples = now.refined(order.samples);
+                    notify(Notice::Picture(Box::new(Picture {
+                        frame,
+                        scene: order.scene,
+                        wish: order.wish,
+                        pixel_size: order.pixel_size,
+                        samples: now,
+                        moving: order.moving,
+                        asked: order.asked.filter(|_| now == Samples::ONE),
+                        stats,
+                    })));
+                }
+                Ok(Err(Cancelled)) => {
+                    shared.desk().spare.push(frame);
+                    // After a question the same picture goes on: the samples that it has stay.
+                    if shared.is_superseded() {
+                        samples = None;
+                    }
+                }
+                Err(panic) => {
+                    notify(Notice::Failed(message_of(&*panic)));
+                    samples = None;
+                }
+            }
+            while let Some((probe, world)) = shared.next_probe() {
+                answer(renderer, &world, probe, notify);
+            }
         }
+    }
+}
+
+/// Finds out what a pixel shows.
+fn answer(renderer: &Renderer, world: &World, probe: Probe, notify: &impl Fn(Notice)) {
+    let Wish { view, settings } = probe.wish;
+    let (engine, kernel) = (settings.engine, settings.kernel);
+    let found = catch_unwind(AssertUnwindSafe(|| {
+        renderer.pick(world, &view, engine, kernel, probe.pixel)
+    }));
+    let found = found.unwrap_or_else(|panic| {
+        notify(Notice::Failed(message_of(&*panic)));
+        None
+    });
+    notify(Notice::Probed(Box::new((probe, found))));
+}
+
+/// The same picture in pixels of `size` times `size`: each ray goes through the middle of what its pixel stands for.
+/// The last column and row may reach beyond the picture.
+fn coarse(view: &View, size: usize) -> View {
+    if size == 1 {
+        return *view;
+    }
+    let to_middle = (size - 1) as f64 / 2.0;
+    View {
+        width: view.width.div_ceil(size),
+        height: view.height.div_ceil(size),
+        base: view.base + (view.dx + view.dy) * to_middle,
+        dx: view.dx * size as f64,
+        dy: view.dy * size as f64,
+        ..*view
     }
 }
 
@@ -192,79 +320,4 @@ pub(super) fn message_of(panic: &(dyn Any + Send)) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::camera::Camera;
-    use crate::geometry::Aabb;
-    use crate::render::Settings;
-    use crate::scene::CameraSetting;
-    use std::sync::mpsc::{Receiver, channel};
-    use std::time::Duration;
-
-    fn wish(width: usize) -> Wish {
-        Wish {
-            view: Camera::default_for(Aabb::EMPTY).view(width, 8, false),
-            settings: Settings::default(),
-        }
-    }
-
-    fn painter() -> (Painter, Receiver<Notice>) {
-        let scene = Scene {
-            camera: CameraSetting::Default,
-            light: glam::Vec3::NEG_Z,
-            triangles: Vec::new(),
-            operations: Vec::new(),
-        };
-        let (send, receive) = channel();
-        let renderer = Renderer::new(1).expect("one thread");
-        let painter = Painter::start(scene, renderer, move |n| {
-            let _ = send.send(n);
-        });
-        (painter.expect("one more"), receive)
-    }
-
-    fn next_picture(notices: &Receiver<Notice>) -> Box<Picture> {
-        match notices.recv_timeout(Duration::from_secs(20)) {
-            Ok(Notice::Picture(picture)) => picture,
-            other => panic!("no picture: {other:?}"),
-        }
-    }
-
-    #[test]
-    fn the_newest_wish_is_painted_last_and_none_is_invented() {
-        let (painter, notices) = painter();
-        for width in 1..=50 {
-            painter.wish(wish(width));
-        }
-        let mut painted = 0;
-        loop {
-            painted += 1;
-            let picture = next_picture(&notices);
-            assert_eq!(picture.frame.width, picture.wish.view.width);
-            if picture.frame.width == 50 {
-                break;
-            }
-        }
-        assert!(painted <= 50);
-        assert!(notices.recv_timeout(Duration::from_millis(50)).is_err());
-    }
-
-    #[test]
-    fn a_frame_given_back_is_painted_again() {
-        let (painter, notices) = painter();
-        painter.wish(wish(16));
-        let frame = next_picture(&notices).frame;
-        let place = frame.pixels.as_ptr();
-        painter.give_back(frame);
-        painter.wish(wish(16));
-        assert_eq!(next_picture(&notices).frame.pixels.as_ptr(), place);
-    }
-
-    #[test]
-    fn dropping_the_handle_ends_the_thread() {
-        let (painter, notices) = painter();
-        drop(painter);
-        // The thread held the sender.
-        assert!(notices.recv_timeout(Duration::from_secs(20)).is_err());
-    }
-}
+mod tests;

@@ -40,8 +40,9 @@ impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
         Ok(Presenter { surface })
     }
 
-    /// Copies `frame` (none: black) into the window, lets `draw` draw over the copy, shows it. A frame of
-    /// another size is cut off, or stands on black, at the upper left. A window without pixels shows nothing.
+    /// Copies `frame` (none: black) into the window, each of its pixels as a square of `pixel_size`, lets `draw`
+    /// draw over the copy, shows it. A frame of another size is cut off, or stands on black, at the upper left. A
+    /// window without pixels shows nothing.
     ///
     /// # Errors
     /// When the window system does not take it.
@@ -49,6 +50,7 @@ impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
         &mut self,
         (width, height): (u32, u32),
         frame: Option<&Frame>,
+        pixel_size: usize,
         draw: impl FnOnce(&mut Canvas<'_>),
     ) -> Result<(), PresentError> {
         let (Some(columns), Some(rows)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
@@ -62,28 +64,45 @@ impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
             width: width as usize,
             height: height as usize,
         };
-        copy(frame, &mut canvas);
+        copy(frame, pixel_size, &mut canvas);
         draw(&mut canvas);
         buffer.present().map_err(PresentError)
     }
 }
 
 /// Fills the canvas with the frame, and with black where there is none.
-fn copy(frame: Option<&Frame>, canvas: &mut Canvas<'_>) {
+fn copy(frame: Option<&Frame>, pixel_size: usize, canvas: &mut Canvas<'_>) {
     let Some(frame) = frame.filter(|f| f.width > 0 && f.height > 0) else {
         canvas.pixels.fill(0);
         return;
     };
-    if (frame.width, frame.height) == (canvas.width, canvas.height) {
+    if pixel_size == 1 && (frame.width, frame.height) == (canvas.width, canvas.height) {
         canvas.pixels.copy_from_slice(&frame.pixels);
         return;
     }
-    canvas.pixels.fill(0);
-    let columns = frame.width.min(canvas.width);
+    let covered = (frame.width * pixel_size, frame.height * pixel_size);
+    if covered.0 < canvas.width || covered.1 < canvas.height {
+        canvas.pixels.fill(0);
+    }
+    let columns = covered.0.min(canvas.width);
     let from = frame.pixels.chunks_exact(frame.width);
-    let to = canvas.pixels.chunks_exact_mut(canvas.width);
-    for (from, to) in from.zip(to) {
-        to[..columns].copy_from_slice(&from[..columns]);
+    let to = canvas.pixels.chunks_mut(canvas.width * pixel_size);
+    for (from, band) in from.zip(to) {
+        let (first, others) = band.split_at_mut(canvas.width);
+        enlarge(from, pixel_size, &mut first[..columns]);
+        for row in others.chunks_exact_mut(canvas.width) {
+            row[..columns].copy_from_slice(&first[..columns]);
+        }
+    }
+}
+
+/// Writes each pixel of `from` `pixel_size` times, as far as `to` goes.
+fn enlarge(from: &[u32], pixel_size: usize, to: &mut [u32]) {
+    if pixel_size == 1 {
+        return to.copy_from_slice(&from[..to.len()]);
+    }
+    for (run, &pixel) in to.chunks_mut(pixel_size).zip(from) {
+        run.fill(pixel);
     }
 }
 
@@ -92,13 +111,17 @@ mod tests {
     use super::*;
 
     fn copied(frame: Option<&Frame>, width: usize, height: usize) -> Vec<u32> {
+        enlarged(frame, 1, width, height)
+    }
+
+    fn enlarged(frame: Option<&Frame>, pixel_size: usize, width: usize, height: usize) -> Vec<u32> {
         let mut pixels = vec![9; width * height];
         let mut canvas = Canvas {
             pixels: &mut pixels,
             width,
             height,
         };
-        copy(frame, &mut canvas);
+        copy(frame, pixel_size, &mut canvas);
         pixels
     }
 
@@ -114,5 +137,19 @@ mod tests {
         assert_eq!(copied(Some(&frame), 3, 1), [1, 2, 0]);
         assert_eq!(copied(None, 2, 1), [0, 0]);
         assert_eq!(copied(Some(&Frame::default()), 1, 1), [0]);
+    }
+
+    #[test]
+    fn coarse_pixels_become_squares_that_are_cut_off_at_the_window() {
+        let frame = Frame {
+            width: 2,
+            height: 2,
+            pixels: vec![1, 2, 3, 4],
+        };
+        let shown = enlarged(Some(&frame), 2, 3, 3);
+        assert_eq!(shown, [1, 1, 2, 1, 1, 2, 3, 3, 4]);
+        assert_eq!(enlarged(Some(&frame), 3, 2, 1), [1, 1]);
+        let wide = enlarged(Some(&frame), 2, 5, 1);
+        assert_eq!(wide, [1, 1, 2, 2, 0]);
     }
 }

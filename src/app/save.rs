@@ -4,52 +4,51 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::loader::Source;
 use super::state::Document;
-use crate::demo::Demo;
 use crate::export::{write_new, write_whole};
 use crate::scene;
 
-/// Where the scene's text is.
-#[derive(Clone, Debug)]
-pub enum Origin {
-    /// In a file.
-    File(PathBuf),
-    /// Here: it was read from a pipe.
-    Text(Vec<u8>),
-    /// In the program.
-    Demo(&'static Demo),
+/// What was written.
+#[derive(Debug)]
+pub struct Saved {
+    /// The file.
+    pub path: PathBuf,
+    /// All of it.
+    pub text: Vec<u8>,
 }
 
 /// Writes `document` to the scene's own file, or where there is none or a new name is wanted, to
-/// `NAME-0001.txt` and so on beside it or in the current folder. Returns the file.
+/// `NAME-0001.txt` and so on beside it or in the current folder. Returns what is in which file.
 ///
 /// # Errors
 /// When the text cannot be read or is no scene any more, and when the file cannot be written.
-pub fn save(origin: &Origin, document: &Document) -> io::Result<PathBuf> {
-    let text = match origin {
-        Origin::File(path) => fs::read(path)?,
-        Origin::Text(text) => text.clone(),
-        Origin::Demo(demo) => {
+pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
+    let text = match source {
+        Source::File(path) => fs::read(path)?,
+        Source::Text { text, .. } => text.to_vec(),
+        Source::Demo(demo) => {
             let mut text = Vec::new();
             scene::write(&demo.scene(), &mut text)?;
             text
         }
     };
     let text = scene::with_moves(&text, document.camera, &document.operations)?;
-    let (folder, stem) = match origin {
-        Origin::File(path) if !document.new_name => {
+    let (folder, stem) = match source {
+        Source::File(path) if !document.new_name => {
             write_whole(path, |out| out.write_all(&text))?;
-            return Ok(path.clone());
+            let path = path.clone();
+            return Ok(Saved { path, text });
         }
-        Origin::File(path) => (
+        Source::File(path) => (
             path.parent()
                 .filter(|p| *p != Path::new(""))
                 .unwrap_or(Path::new(".")),
             path.file_stem()
                 .map_or("scene".into(), |s| s.to_string_lossy()),
         ),
-        Origin::Text(_) => (Path::new("."), "scene".into()),
-        Origin::Demo(demo) => (Path::new("."), demo.name.into()),
+        Source::Text { .. } => (Path::new("."), "scene".into()),
+        Source::Demo(demo) => (Path::new("."), demo.name.into()),
     };
     let names = (1..=9999).map(|number| format!("{stem}-{number:04}.txt"));
     let saved = write_new(folder, names, |out| out.write_all(&text))?;
@@ -58,7 +57,8 @@ pub fn save(origin: &Origin, document: &Document) -> io::Result<PathBuf> {
         io::Error::new(io::ErrorKind::AlreadyExists, text)
     })?;
     let here = folder == Path::new(".");
-    Ok(if here { name.into() } else { folder.join(name) })
+    let path = if here { name.into() } else { folder.join(name) };
+    Ok(Saved { path, text })
 }
 
 #[cfg(test)]
@@ -85,12 +85,15 @@ mod tests {
         let path = folder.path().join("a.b.txt");
         fs::write(&path, TEXT).expect("written");
         let expected = format!("{TEXT}\n<o\n1\n<x 0.25\n");
-        let origin = Origin::File(path.clone());
-        let new = save(&origin, &document(true)).expect("saved");
+        let source = Source::File(path.clone());
+        let saved = save(&source, &document(true)).expect("saved");
+        assert_eq!(saved.text, expected.as_bytes());
+        let new = saved.path;
         assert_eq!(new, folder.path().join("a.b-0001.txt"));
         assert_eq!(fs::read_to_string(&new).expect("read"), expected);
         assert_eq!(fs::read_to_string(&path).expect("read"), TEXT);
-        assert_eq!(save(&origin, &document(false)).expect("saved"), path);
+        let saved = save(&source, &document(false)).expect("saved");
+        assert_eq!(saved.path, path);
         assert_eq!(fs::read_to_string(&path).expect("read"), expected);
     }
 
@@ -98,10 +101,10 @@ mod tests {
     fn a_file_that_is_gone_or_broken_is_an_error_and_stays_as_it_is() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
-        let origin = Origin::File(path.clone());
-        assert!(save(&origin, &document(false)).is_err());
+        let source = Source::File(path.clone());
+        assert!(save(&source, &document(false)).is_err());
         fs::write(&path, "<d 0 0").expect("written");
-        let error = save(&origin, &document(false)).expect_err("no scene");
+        let error = save(&source, &document(false)).expect_err("no scene");
         assert!(error.to_string().starts_with("it is no scene any more: 1:"));
         assert_eq!(fs::read_to_string(&path).expect("read"), "<d 0 0");
     }

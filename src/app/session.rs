@@ -11,6 +11,7 @@ use serde_json::json;
 use super::AppError;
 use super::script::{Line, Player, Recorder, read_line};
 use super::state::State;
+use crate::render::Samples;
 
 /// The next line of the script; `None` after the last; or what is wrong with it.
 pub type NextLine = Result<Option<Line>, String>;
@@ -121,7 +122,7 @@ impl Session {
     }
 
     /// What a `settle` line prints: everything that `raybomb render` needs for the same picture.
-    pub fn settle_report(&mut self, state: &State) -> String {
+    pub fn settle_report(&mut self, state: &State, samples: Samples) -> String {
         self.settles += 1;
         let (width, height) = state.size_px();
         let (camera, operations) = state.scene_text();
@@ -130,6 +131,7 @@ impl Session {
             "settled": self.settles,
             "size": [width, height],
             "view": format!("{:?}", state.wish().settings.mode).to_lowercase(),
+            "aa": samples.count(),
             "frame": frame,
             "last_frame": last,
             "camera": camera,

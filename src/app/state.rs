@@ -1,12 +1,15 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
 //!
-//! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place.
+//! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
+//! scene.
 
 mod film;
 mod hand;
 mod picks;
+mod scene;
 
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use glam::{DMat3, DVec3};
@@ -21,6 +24,8 @@ use crate::scene::{Axis, CameraSetting, Operation, camera_text, operations_text}
 use crate::simd::Kernel;
 use crate::timeline::{Composer, Playback, Timing, operations_at};
 
+pub use scene::Subject;
+
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(3);
 
@@ -34,6 +39,7 @@ const MODES: [ViewMode; 5] = [
 
 /// Asked before recorded moves are thrown away.
 const QUIT_UNSAVED: &str = "recorded moves are not saved: q or y quits, n stays (Ctrl+S saves)";
+const LEAVE_UNSAVED: &str = "recorded moves are not saved: y drops them, n stays (Ctrl+S saves)";
 
 /// What never changes while a scene is open.
 #[derive(Clone, Debug)]
@@ -71,6 +77,13 @@ pub enum Command {
     Probe(Probe),
     /// Write the scene's file, and come back ([`State::saved`]).
     Save(Document),
+    /// Open another scene of the folder.
+    Browse {
+        /// The next one by name; otherwise the one before.
+        forward: bool,
+    },
+    /// Open the scene of this file.
+    Open(PathBuf),
     /// Fill the screen, or do not.
     Fullscreen(bool),
     /// End the program.
@@ -80,6 +93,8 @@ pub enum Command {
 /// The question what one pixel of a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
+    /// The number of the scene, see [`State::probed`].
+    pub scene: u64,
     /// The picture.
     pub wish: Wish,
     /// Column and row.
@@ -151,6 +166,10 @@ pub struct State {
     /// The scene's operations and the recorded ones: what is played.
     film: Vec<Operation>,
     moves: Moves,
+    /// A file holds moves that were saved; what is read from it next holds them too.
+    is_in_file: bool,
+    /// Counts the scenes, and the same one loaded again.
+    scene: u64,
     composer: RefCell<Composer>,
     recording: bool,
     /// What the hand orbits about, when it is not the format's pivot.
@@ -168,7 +187,8 @@ pub struct State {
     statistics: bool,
     sheet: bool,
     fullscreen: bool,
-    asking: bool,
+    /// What was asked for, while recorded moves would be lost by it.
+    asking: Option<Command>,
     message: Option<(String, Duration)>,
     now: Duration,
     commands: Vec<Command>,
@@ -187,6 +207,8 @@ impl State {
             scale_factor: 1.0,
             settings,
             moves: Moves::default(),
+            is_in_file: false,
+            scene: 0,
             composer: RefCell::default(),
             recording: false,
             pivot: None,
@@ -201,7 +223,7 @@ impl State {
             statistics: false,
             sheet: false,
             fullscreen: false,
-            asking: false,
+            asking: None,
             message: None,
             now: Duration::ZERO,
             commands: Vec::new(),
@@ -243,7 +265,7 @@ impl State {
 
     /// Does what `action` says, at the time of the last [`State::advance`].
     pub fn apply(&mut self, action: Action) {
-        if self.asking {
+        if self.asking.is_some() {
             return self.answer(action);
         }
         match action {
@@ -288,8 +310,9 @@ impl State {
             Action::ToggleSheet => self.sheet = !self.sheet,
             Action::Screenshot => self.commands.push(Command::Screenshot),
             Action::ToggleFullscreen => self.set_fullscreen(!self.fullscreen),
+            Action::Browse { forward } => self.leave(Command::Browse { forward }),
             Action::Back => self.back(),
-            Action::Quit => self.quit(),
+            Action::Quit => self.leave(Command::Quit),
         }
     }
 
@@ -325,7 +348,7 @@ impl State {
             marks: self.marks(),
             recording: self.recording,
             bar: self.bar_wish(),
-            question: self.asking.then_some(QUIT_UNSAVED),
+            question: self.asking.as_ref().map(question),
             message: self.message.as_ref().map(|(text, _)| text.clone()),
         }
     }
@@ -381,11 +404,15 @@ impl State {
         )
     }
 
-    /// The scene was saved under that name, or not.
-    pub fn saved(&mut self, recorded: Recorded, result: Result<String, String>) {
+    /// The scene was saved under that name, or not; `recorded` is what was recorded then, `None` when another scene is
+    /// open since.
+    pub fn saved(&mut self, recorded: Option<Recorded>, result: Result<String, String>) {
         let line = match result {
             Ok(name) => {
-                self.moves.mark_saved(recorded);
+                if let Some(recorded) = recorded {
+                    self.moves.mark_saved(recorded);
+                    self.is_in_file = true;
+                }
                 format!("saved {name}")
             }
             Err(why) => format!("cannot save the scene: {why}"),
@@ -455,32 +482,33 @@ impl State {
         } else if self.fullscreen {
             self.set_fullscreen(false);
         } else {
-            self.quit();
+            self.leave(Command::Quit);
         }
     }
 
-    fn quit(&mut self) {
+    /// Does what takes another scene's place, or none's; asks before, where recorded moves are lost by it.
+    pub fn leave(&mut self, command: Command) {
         if self.moves.is_unsaved() {
             self.let_go_of_all();
             self.playback.pause();
-            self.asking = true;
-            self.report(QUIT_UNSAVED.to_owned());
+            self.report(question(&command).to_owned());
+            self.asking = Some(command);
         } else {
-            self.commands.push(Command::Quit);
+            self.commands.push(command);
         }
     }
 
-    /// Takes an action as the answer to the question whether to quit. Others wait.
+    /// Takes an action as the answer to the question whether to leave. Others wait.
     fn answer(&mut self, action: Action) {
         match action {
             Action::Quit
             | Action::StartTurn {
                 axis: Axis::Y,
                 reverse: false,
-            } => self.commands.push(Command::Quit),
-            Action::Decline | Action::Back => self.asking = false,
+            } => self.commands.extend(self.asking.take()),
+            Action::Decline | Action::Back => self.asking = None,
             Action::Save | Action::SaveAs => {
-                self.asking = false;
+                self.asking = None;
                 self.apply(action);
             }
             _ => {}
@@ -489,6 +517,14 @@ impl State {
 
     fn report(&mut self, line: String) {
         self.commands.push(Command::Report(line));
+    }
+}
+
+/// What is asked before `command`.
+fn question(command: &Command) -> &'static str {
+    match command {
+        Command::Quit => QUIT_UNSAVED,
+        _ => LEAVE_UNSAVED,
     }
 }
 

@@ -1,49 +1,49 @@
-//! The window, and the only file that names winit's event loop: events in, whole pictures out.
+//! The program between events, and the only file that names winit's event loop: events in, whole pictures out.
 //!
-//! Nothing is rendered here. Events change the [`State`]; when the loop has run out of them, the picture that
-//! the state wants goes to the [`Painter`], and the loop sleeps until something happens or is due.
+//! Nothing is rendered or loaded here. Events change the [`State`]; when the loop has run out of them, the picture
+//! that the state wants goes to the [`Painter`] when the [`Pace`] says so, and the loop sleeps until something happens
+//! or is due.
 
+mod scene;
 mod session;
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, KeyEvent, WindowEvent};
-use winit::event_loop::{
-    ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy, OwnedDisplayHandle,
-};
-use winit::window::{Fullscreen, Window, WindowAttributes, WindowId};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Fullscreen, Window, WindowId};
 
 use super::action::Action;
 use super::input::Input;
-use super::overlay::Overlay;
+use super::loader::{LoadError, Source};
+use super::opener::{Heard, Opener};
+use super::overlay::{Line, Overlay};
+use super::pace::{Moment, Pace};
 use super::painter::{Notice, Painter, Picture};
-use super::present::Presenter;
-use super::save::Origin;
-use super::script::Line;
+use super::screen::{Screen, Stage};
 use super::session::{NextLine, Session, print};
-use super::state::{Command, OverlayWish, State, Wish};
+use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, moves, screenshot};
+use super::{AppError, AppOptions, backend, keys, screenshot, script};
+use crate::camera::Pivot;
 use crate::render::Renderer;
-
-/// Pictures follow one another at the screen's rate, or at this one where it is not told.
-const DEFAULT_INTERVAL: Duration = Duration::from_nanos(16_666_667);
 
 /// What other threads tell the event loop.
 #[derive(Debug)]
 enum Message {
     /// From the render thread.
     Painter(Notice),
+    /// From the threads that load and watch.
+    Opener(Heard),
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
-    /// The scene is saved with what was recorded then, or not.
-    SceneSaved(moves::Recorded, io::Result<PathBuf>),
+    /// The scene is saved, or not.
+    SceneSaved(scene::SaveEnding),
     /// The script has another line.
     Script(NextLine),
 }
@@ -65,99 +65,27 @@ fn run_loop(event_loop: EventLoop<Message>, viewer: &mut Viewer) -> Result<(), A
     })
 }
 
-/// The window and its surface.
-struct Screen {
-    window: Arc<Window>,
-    presenter: Presenter<OwnedDisplayHandle, Arc<Window>>,
-    size: PhysicalSize<u32>,
-    occluded: bool,
-    interval: Duration,
-}
-
-impl Screen {
-    fn open(
-        event_loop: &ActiveEventLoop,
-        attributes: WindowAttributes,
-    ) -> Result<Screen, AppError> {
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|e| backend::no_window(&e))?;
-        let window = Arc::new(window);
-        let display = event_loop.owned_display_handle();
-        let presenter = Presenter::new(display, Arc::clone(&window)).map_err(cannot_show)?;
-        Ok(Screen {
-            size: window.inner_size(),
-            interval: refresh_interval(&window),
-            occluded: false,
-            window,
-            presenter,
-        })
-    }
-
-    fn is_visible(&self) -> bool {
-        !self.occluded && self.size.width > 0 && self.size.height > 0
-    }
-}
-
-/// How long the screen shows a picture.
-fn refresh_interval(window: &Window) -> Duration {
-    window
-        .current_monitor()
-        .and_then(|monitor| monitor.refresh_rate_millihertz())
-        .filter(|rate| (20_000..=500_000).contains(rate))
-        .map_or(DEFAULT_INTERVAL, |rate| {
-            Duration::from_secs_f64(1e3 / f64::from(rate))
-        })
-}
-
-fn cannot_show(e: super::present::PresentError) -> AppError {
-    AppError::Broken {
-        why: format!("the window takes no picture: {e}"),
-    }
-}
-
-/// What there is of a window.
-enum Stage {
-    /// None yet, or none any more.
-    Waiting,
-    /// One that shows pictures.
-    Running(Screen),
-    /// One that nobody can see: no picture is rendered for it.
-    Suspended(Screen),
-}
-
-impl Stage {
-    fn screen(&mut self) -> Option<&mut Screen> {
-        match self {
-            Stage::Waiting => None,
-            Stage::Running(screen) | Stage::Suspended(screen) => Some(screen),
-        }
-    }
-
-    /// Moves between running and suspended after a change of the screen.
-    fn settle(&mut self) {
-        *self = match std::mem::replace(self, Stage::Waiting) {
-            Stage::Suspended(screen) if screen.is_visible() => {
-                screen.window.request_redraw();
-                Stage::Running(screen)
-            }
-            Stage::Running(screen) if !screen.is_visible() => Stage::Suspended(screen),
-            same => same,
-        };
-    }
-}
-
 /// The program between two events.
 struct Viewer {
-    title: String,
     stage: Stage,
+    opener: Opener,
     input: Input,
     state: State,
+    pace: Pace,
     overlay: Overlay,
     statistics: Statistics,
+    threads: usize,
+    pivot: Pivot,
+    /// A size was asked for: the scene's shape does not decide it.
+    has_own_size: bool,
+    /// Begin by playing.
+    play: bool,
     painter: Painter,
     session: Session,
-    origin: Origin,
+    /// Where the scene on screen comes from.
+    origin: Source,
+    /// Counts the scenes that were opened.
+    opened: u64,
     /// Answers that the state waits for.
     pending: usize,
     /// The left button holds the bar of frames.
@@ -167,9 +95,14 @@ struct Viewer {
     picture: Option<Box<Picture>>,
     /// It has not been on screen.
     is_new: bool,
+    /// How long it took to show the last one.
+    present: Duration,
     /// What was drawn over it.
-    drawn: OverlayWish,
-    wished: Option<(Wish, Instant)>,
+    drawn: (OverlayWish, Option<Vec<Line>>),
+    /// The user wants a file of the picture, which is coarse yet.
+    to_be_saved: bool,
+    /// The window was too large for its window system, and that was said.
+    said_too_large: bool,
     /// Time starts with the first picture.
     epoch: Option<Instant>,
     saving: Vec<JoinHandle<()>>,
@@ -181,39 +114,50 @@ impl Viewer {
         let threads_failed = |why: String| AppError::Broken { why };
         let renderer = Renderer::new(options.threads)
             .map_err(|e| threads_failed(format!("the system gives no threads: {e}")))?;
-        let statistics = Statistics::new(renderer.threads(), options.scene.triangles.len());
-        let title = format!("{} - Ray Bomb 3D", options.name);
+        let threads = renderer.threads();
         let state = options.initial_state();
+        // Sending fails when the loop has ended: nobody waits any more.
         let to_loop = proxy.clone();
         let play = options.play_actions.as_deref();
         let session = Session::open(play, options.record_actions.as_deref(), move |line| {
-            // Fails when the loop has ended: nobody plays the script.
             let _ = to_loop.send_event(Message::Script(line));
         })?;
-        let origin = options.origin;
         let to_loop = proxy.clone();
-        let painter = Painter::start(options.scene, renderer, move |notice| {
-            // Fails when the loop has ended: nobody waits for the picture.
+        let painter = Painter::start(renderer, move |notice| {
             let _ = to_loop.send_event(Message::Painter(notice));
         })
         .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
+        let to_loop = proxy.clone();
+        let origin = options.source.clone();
+        let mut opener = Opener::new(options.source, options.threads, move |heard| {
+            let _ = to_loop.send_event(Message::Opener(heard));
+        });
+        opener.begin().map_err(AppError::NoScene)?;
         Ok(Viewer {
-            title,
             stage: Stage::Waiting,
+            opener,
             input: Input::default(),
             state,
+            pace: Pace::new(options.target_fps, options.samples),
             overlay: Overlay::new(1.0),
-            statistics,
+            statistics: Statistics::new(threads, 0),
+            threads,
+            pivot: options.pivot,
+            has_own_size: options.size.is_some(),
+            play: options.play,
             painter,
             session,
             origin,
+            opened: 0,
             pending: 0,
             scrubbing: false,
             proxy,
             picture: None,
             is_new: false,
-            drawn: OverlayWish::default(),
-            wished: None,
+            present: Duration::ZERO,
+            drawn: (OverlayWish::default(), None),
+            to_be_saved: false,
+            said_too_large: false,
             epoch: None,
             saving: Vec::new(),
             outcome: Ok(()),
@@ -235,18 +179,29 @@ impl Viewer {
         event_loop.exit();
     }
 
-    /// Brings the state to the present, then lets `action` change it.
+    /// Brings the state to the present, then lets `action` change it. Before there is a scene, only what concerns
+    /// the window is done.
     fn act(&mut self, action: Option<Action>) {
-        if let Some(action) = action {
-            let now = self.now();
-            self.state.advance(now);
-            self.note(now, Line::Act(action));
-            self.state.apply(action);
+        let Some(action) = action else { return };
+        let concerns_window = matches!(
+            action,
+            Action::Back | Action::Quit | Action::ToggleFullscreen | Action::ToggleSheet
+        );
+        if !self.opener.has_scene() && !concerns_window {
+            return;
         }
+        if action == Action::Back && self.opener.cancel() {
+            return self.tell("loading cancelled");
+        }
+        self.pace.input(Instant::now());
+        let now = self.now();
+        self.state.advance(now);
+        self.note(now, script::Line::Act(action));
+        self.state.apply(action);
     }
 
     /// Writes down what is done, if somebody wants that.
-    fn note(&mut self, now: Duration, line: Line) {
+    fn note(&mut self, now: Duration, line: script::Line) {
         if let Some(e) = self.session.note(now, line) {
             self.tell(&format!("cannot record the session: {e}"));
         }
@@ -263,65 +218,96 @@ impl Viewer {
             ElementState::Released => self.input.key_up(id),
         };
         self.act(action);
+        if event.state == ElementState::Released {
+            self.pace.let_go();
+        }
     }
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
+        let fitted = match self.stage.screen() {
+            Some(screen) => screen.resize(size),
+            None => (size.width, size.height),
+        };
         // A window's size fits in memory.
-        let (width, height) = (size.width as usize, size.height as usize);
+        // A window's size fits in memory.
+        let (width, height) = (fitted.0 as usize, fitted.1 as usize);
         if self.state.size_px() != (width, height) {
-            self.note(self.now(), Line::Resize(size.width, size.height));
+            self.note(self.now(), script::Line::Resize(fitted.0, fitted.1));
         }
         self.state.resize(width, height);
-        if let Some(screen) = self.stage.screen() {
-            screen.size = size;
-            screen.window.request_redraw();
+        if fitted != (size.width, size.height) && !std::mem::replace(&mut self.said_too_large, true)
+        {
+            let (width, height) = fitted;
+            self.tell(&format!(
+                "the X server shares no memory with us: the picture is {width}x{height} at most"
+            ));
         }
         self.stage.settle();
     }
 
     fn occluded(&mut self, occluded: bool) {
         if let Some(screen) = self.stage.screen() {
-            screen.occluded = occluded;
+            screen.set_occluded(occluded);
         }
         self.stage.settle();
     }
 
+    /// What is to be drawn over the picture now.
+    fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
+        let board = self.opener.board(Instant::now());
+        let board = board.filter(|_| self.state.may_overlay());
+        (self.state.overlay(), board)
+    }
+
     /// Shows the newest picture, whole, with what is to be drawn over it.
     fn redraw(&mut self, event_loop: &ActiveEventLoop) {
-        let start = Instant::now();
         self.state.advance(self.now());
+        self.drawn = self.wanted_overlay();
         let Stage::Running(screen) = &mut self.stage else {
             return;
         };
-        self.drawn = self.state.overlay();
         let picture = self.picture.as_deref();
-        let figures = if self.drawn.statistics {
-            self.statistics.lines(picture, self.state.frame())
+        let figures = if self.drawn.0.statistics {
+            let mut lines = self.statistics.lines(picture, self.state.frame());
+            lines.extend(picture.map(fineness));
+            lines.push(self.pace.latencies.line());
+            lines
         } else {
             Vec::new()
         };
-        let size = (screen.size.width, screen.size.height);
-        let frame = picture.map(|p| &p.frame);
-        let shown = screen.presenter.present(size, frame, |canvas| {
-            self.overlay.draw(canvas, &self.drawn, &figures);
+        let (overlay, drawn) = (&mut self.overlay, &self.drawn);
+        let shown = screen.show(picture, |canvas| {
+            overlay.draw(canvas, &drawn.0, &figures);
+            if let Some(board) = &drawn.1 {
+                overlay.board(canvas, board);
+            }
         });
-        if let Err(e) = shown {
-            return self.fail(event_loop, cannot_show(e));
+        match shown {
+            Ok(time) => self.present = time,
+            Err(e) => return self.fail(event_loop, e),
         }
-        if std::mem::take(&mut self.is_new) {
-            self.statistics.count(self.now(), start.elapsed());
+        if std::mem::take(&mut self.is_new)
+            && let Some(picture) = &self.picture
+        {
+            self.pace.shown(picture, Instant::now());
+            self.statistics.count(self.now(), self.present);
         }
     }
 
     /// A picture came: the one before goes back to the render thread.
     fn take_picture(&mut self, picture: Box<Picture>) {
+        if !self.pace.is_of_scene(&picture) {
+            return self.painter.give_back(picture.frame);
+        }
         self.epoch.get_or_insert_with(Instant::now);
+        self.pace.took(&picture, self.present);
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);
         }
         self.is_new = true;
-        if let Stage::Running(screen) = &self.stage {
-            screen.window.request_redraw();
+        self.stage.request_redraw();
+        if self.to_be_saved {
+            self.save_picture();
         }
     }
 
@@ -338,6 +324,8 @@ impl Viewer {
                 Command::Save(document) => self.save_scene(document),
                 Command::Screenshot => self.save_picture(),
                 Command::Quit => event_loop.exit(),
+                Command::Browse { forward } => self.browse(event_loop, forward),
+                Command::Open(path) => self.open_source(event_loop, Source::File(path)),
                 Command::Fullscreen(on) => {
                     if let Some(screen) = self.stage.screen() {
                         let mode = on.then_some(Fullscreen::Borderless(None));
@@ -348,9 +336,13 @@ impl Viewer {
         }
     }
 
-    /// Saves a copy of the picture, on a thread of its own.
+    /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
     fn save_picture(&mut self) {
         self.saving.retain(|thread| !thread.is_finished());
+        self.to_be_saved = self.picture.as_ref().is_some_and(|p| p.pixel_size > 1);
+        if self.to_be_saved {
+            return;
+        }
         let Some(picture) = &self.picture else {
             return self.tell("no picture to save yet");
         };
@@ -370,32 +362,34 @@ impl Viewer {
         self.state.say(line.to_string());
     }
 
-    /// Sends the picture that the state wants to the render thread, at the screen's rate at most.
-    /// Returns when to come back for that, if it was too early.
-    fn wish(&mut self) -> Option<Instant> {
+    /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
+    fn order(&mut self) -> Option<Instant> {
         let Stage::Running(screen) = &self.stage else {
             return None;
         };
-        let wish = self.state.wish();
-        if let Some((last, at)) = self.wished {
-            let due = at + screen.interval;
-            if last == wish {
-                return None;
-            }
-            if Instant::now() < due {
-                return Some(due);
-            }
+        if !self.opener.has_scene() {
+            return None;
         }
-        self.wished = Some((wish, Instant::now()));
-        self.painter.wish(wish);
-        None
+        let time_moves = self.session.time_moves();
+        let moment = Moment {
+            at: Instant::now(),
+            interval: screen.interval,
+            // While a script's time stands, so does the picture.
+            turning: time_moves && self.state.is_turning(),
+            frame_time: self.state.frame_time().filter(|_| time_moves),
+            must_be_fine: self.to_be_saved,
+        };
+        let step = self.pace.step(self.state.wish(), &moment);
+        if let Some(order) = step.order {
+            self.painter.order(order);
+        }
+        step.wake
     }
 
-    fn redraw_overlay_if_changed(&mut self) {
-        if let Stage::Running(screen) = &self.stage
-            && self.drawn != self.state.overlay()
-        {
-            screen.window.request_redraw();
+    /// Asks for a redraw where what is drawn over the picture is not what should be.
+    fn refresh_overlay(&mut self) {
+        if self.drawn != self.wanted_overlay() {
+            self.stage.request_redraw();
         }
     }
 
@@ -406,15 +400,9 @@ impl Viewer {
         if !self.session.time_moves() {
             return script;
         }
-        if self.state.is_turning() {
-            let interval = match &self.stage {
-                Stage::Running(screen) => screen.interval,
-                _ => DEFAULT_INTERVAL,
-            };
-            return script
-                .into_iter()
-                .chain(Some(Instant::now() + interval))
-                .min();
+        if let (true, Stage::Running(screen)) = (self.state.is_turning(), &self.stage) {
+            let next = Instant::now() + screen.interval;
+            return Some(script.map_or(next, |script| script.min(next)));
         }
         let change = self.state.next_change().and_then(|t| {
             let wait = t.saturating_sub(self.now());
@@ -422,6 +410,26 @@ impl Viewer {
         });
         change.into_iter().chain(script).min()
     }
+}
+
+fn title(opener: &Opener) -> String {
+    format!("{} - Ray Bomb 3D", opener.name())
+}
+
+fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
+    let side = |n| u32::try_from(n).unwrap_or(u32::MAX);
+    PhysicalSize::new(side(width), side(height))
+}
+
+/// How fine the picture is, for the figures.
+fn fineness(picture: &Picture) -> Line {
+    let (size, samples) = (picture.pixel_size, picture.samples.count());
+    let text = match (size, samples) {
+        (1, 1) => "1 sample a pixel".to_string(),
+        (1, _) => format!("{samples} samples a pixel"),
+        _ => format!("{size}x{size} pixels as one"),
+    };
+    Line::new("detail", text)
 }
 
 /// Says a line on the terminal; a terminal that is gone is no reason to stop.
@@ -432,18 +440,14 @@ fn report(line: &str) {
 impl ApplicationHandler<Message> for Viewer {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         let (width, height) = self.state.size_px();
-        let size = PhysicalSize::new(
-            u32::try_from(width).unwrap_or(u32::MAX),
-            u32::try_from(height).unwrap_or(u32::MAX),
-        );
         let attributes = backend::named(
             Window::default_attributes()
-                .with_title(&self.title)
-                .with_inner_size(size),
+                .with_title(title(&self.opener))
+                .with_inner_size(physical(width, height)),
         );
         match Screen::open(event_loop, attributes) {
             Ok(screen) => {
-                let size = screen.size;
+                let size = screen.window.inner_size();
                 self.overlay.set_scale_factor(screen.window.scale_factor());
                 self.state.set_scale_factor(screen.window.scale_factor());
                 self.stage = Stage::Running(screen);
@@ -463,16 +467,14 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Failed(why)) => {
                 self.tell(&format!("a picture failed: {why}"));
             }
-            Message::Painter(Notice::Broken(why)) => {
-                self.fail(event_loop, AppError::Broken { why })
-            }
             Message::Painter(Notice::Probed(answer)) => {
                 let (probe, found) = *answer;
                 self.pending -= 1;
                 self.state.advance(self.now());
                 self.state.probed(&probe, found);
             }
-            Message::SceneSaved(recorded, saved) => self.scene_saved(recorded, saved),
+            Message::Opener(heard) => self.hear(event_loop, heard),
+            Message::SceneSaved(ending) => self.scene_saved(ending),
             Message::Script(Ok(line)) => self.session.push(line),
             Message::Script(Err(why)) => self.fail(event_loop, AppError::Broken { why }),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
@@ -485,6 +487,7 @@ impl ApplicationHandler<Message> for Viewer {
             // By another program, behind our back.
             WindowEvent::Destroyed => event_loop.exit(),
             WindowEvent::CloseRequested => self.act(Some(Action::Quit)),
+            WindowEvent::DroppedFile(path) => self.dropped(path),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::Occluded(occluded) => self.occluded(occluded),
@@ -526,15 +529,22 @@ impl ApplicationHandler<Message> for Viewer {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.state.advance(self.now());
-        self.play_script();
+        self.play_script(event_loop);
         self.obey(event_loop);
         if event_loop.exiting() {
             return;
         }
+        if let Err(e) = self.opener.tick(Instant::now()) {
+            report(&format!(
+                "the file is not read again: {}",
+                LoadError::words(&e, false)
+            ));
+        }
         self.note_settled();
-        let too_early = self.wish();
-        self.redraw_overlay_if_changed();
-        let wake = too_early.into_iter().chain(self.next_change()).min();
+        let due = self.order();
+        self.refresh_overlay();
+        let wake = [due, self.opener.wake(Instant::now()), self.next_change()];
+        let wake = wake.into_iter().flatten().min();
         event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 

@@ -23,7 +23,7 @@ pub fn run(args: &AnimArgs, progress: &Progress) -> Outcome {
             let pattern: Pattern = text
                 .parse()
                 .map_err(|e| Failure::Usage(format!("--output {e}")))?;
-            let format = format_of(&pattern.file(0), args.picture.view)?;
+            let format = format_of(&pattern.file(0), args.picture.view, args.picture.aa)?;
             Some((pattern, format))
         }
         None => None,

@@ -8,7 +8,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use super::exit::help_table;
 use super::values::{self, Size};
 use crate::camera::Pivot;
-use crate::render::{Engine, Reflection, Settings, ViewMode};
+use crate::render::{Engine, Reflection, Samples, Settings, ViewMode};
 use crate::scene::CameraCorners;
 use crate::simd::Kernel;
 use crate::timeline::{Ease, Timing};
@@ -81,6 +81,9 @@ pub struct WindowOptions {
     /// Write the session to a file that can be played again
     #[arg(long, value_name = "FILE")]
     pub record_actions: Option<PathBuf>,
+    /// Pictures a second that the window keeps while something moves, with larger pixels where it must
+    #[arg(long, value_name = "N", value_parser = values::timing, default_value = "60", allow_hyphen_values = true)]
+    pub target_fps: f64,
     #[command(flatten)]
     pub picture: PictureOptions,
     #[command(flatten)]
@@ -222,6 +225,9 @@ pub struct PictureOptions {
     /// What the picture shows
     #[arg(long, value_name = "VIEW", value_parser = values::one_of(values::VIEWS), default_value = "shaded")]
     pub view: ViewMode,
+    /// Samples a pixel: 1, 2, 4, .. 64; a window gets there step by step when nothing moves
+    #[arg(long, value_name = "N", value_parser = values::samples, default_value = "1", allow_hyphen_values = true)]
+    pub aa: Samples,
     #[command(flatten)]
     pub machine: MachineOptions,
     /// The formula of the shading: the mirror image, or what the original report prints

@@ -1,6 +1,5 @@
 //! From a file's name to a scene that is ready to be rendered.
 
-use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -10,8 +9,9 @@ use super::args::{PictureOptions, TimeOptions};
 use super::console::{color, say};
 use super::exit::Failure;
 use super::values::Size;
+use crate::app::read_file;
 use crate::camera::{Camera, View};
-use crate::render::{Renderer, Settings};
+use crate::render::{Renderer, Samples, Settings};
 use crate::scene::{self, Scene};
 use crate::timeline::{Timing, camera_at};
 use crate::world::World;
@@ -44,12 +44,7 @@ impl Source {
                 ))),
             };
         }
-        match fs::metadata(path) {
-            Ok(m) if m.is_dir() => return cannot(&"it is a folder"),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return cannot(&"no such file"),
-            _ => {}
-        }
-        match fs::read(path) {
+        match read_file(path) {
             Ok(text) => Ok(Source {
                 name: path.display().to_string(),
                 text,
@@ -93,6 +88,8 @@ pub struct Stage {
     pub renderer: Renderer,
     /// What the pictures show.
     pub settings: Settings,
+    /// Samples a pixel.
+    pub samples: Samples,
     /// The scene's camera before any operation.
     pub base: Camera,
     /// What the operations turn about.
@@ -121,6 +118,7 @@ impl Stage {
         let base = Camera::of_scene(&scene, world.bounds());
         Ok(Stage {
             settings: picture.settings(),
+            samples: picture.aa,
             pivot: picture.pivot.point(world.bounds()),
             timing: time.timing(),
             size: picture.size,

@@ -20,7 +20,7 @@ const DEFAULT_OUTPUT: &str = "data.bmp";
 pub fn run(args: &RenderArgs, progress: &Progress) -> Outcome {
     let default_output = (!args.hash).then_some(Path::new(DEFAULT_OUTPUT));
     let file = match args.output.as_deref().or(default_output) {
-        Some(path) => Some((path, format_of(path, args.picture.view)?)),
+        Some(path) => Some((path, format_of(path, args.picture.view, args.picture.aa)?)),
         None => None,
     };
     let stage = Stage::load(&args.scene, &args.picture, &args.time)?;

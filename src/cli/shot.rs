@@ -8,13 +8,13 @@ use super::load::Stage;
 use crate::camera::View;
 use crate::export::{Contents, Format, is_regular, picture_hash, write_whole};
 use crate::frame::{Frame, Hits};
-use crate::render::{Progress, ViewMode};
+use crate::render::{Progress, Refinement, Samples, ViewMode};
 
 /// The format that the name of an output file asks for.
 ///
 /// # Errors
-/// Usage: an extension that is none of ours, or `.npy` for a view that has no numbers.
-pub fn format_of(path: &Path, mode: ViewMode) -> Result<Format, Failure> {
+/// Usage: an extension that is none of ours, or `.npy` for a view that has no numbers, or whose numbers have no mean.
+pub fn format_of(path: &Path, mode: ViewMode, samples: Samples) -> Result<Format, Failure> {
     let path = target(path);
     let known = || {
         Format::ALL
@@ -37,6 +37,11 @@ pub fn format_of(path: &Path, mode: ViewMode) -> Result<Format, Failure> {
             ".npy files hold the views id, depth, normal and shaded, not cost".to_owned(),
         ));
     }
+    if format == Format::Npy && mode != ViewMode::Shaded && samples != Samples::ONE {
+        return Err(Failure::Usage(
+            "--aa is for colours: the numbers in .npy files have one sample a pixel".to_owned(),
+        ));
+    }
     Ok(format)
 }
 
@@ -47,6 +52,7 @@ pub struct Shooter<'a> {
     progress: &'a Progress,
     frame: Frame,
     hits: Hits,
+    refinement: Refinement,
 }
 
 impl<'a> Shooter<'a> {
@@ -58,6 +64,7 @@ impl<'a> Shooter<'a> {
             progress,
             frame: Frame::default(),
             hits: Hits::default(),
+            refinement: Refinement::default(),
         }
     }
 
@@ -76,6 +83,7 @@ impl<'a> Shooter<'a> {
             world,
             renderer,
             settings,
+            samples,
             ..
         } = self.stage;
         let numbers = file
@@ -85,7 +93,16 @@ impl<'a> Shooter<'a> {
             renderer.hits(world, view, engine, kernel, &mut self.hits, self.progress)?;
         }
         if hash || !numbers {
-            renderer.picture(world, view, settings, &mut self.frame, self.progress)?;
+            self.refinement.restart();
+            self.refinement.picture(
+                renderer,
+                world,
+                view,
+                settings,
+                *samples,
+                &mut self.frame,
+                self.progress,
+            )?;
         }
         if let Some((path, format)) = file {
             let contents = match (numbers, settings.mode) {

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use crate::camera::{MAX_SIZE, Pivot};
-use crate::render::{Engine, Reflection, ViewMode};
+use crate::render::{Engine, Reflection, Samples, ViewMode};
 use crate::scene::{self, CameraCorners, CameraSetting, Scene};
 use crate::simd::Kernel;
 use crate::timeline::Ease;
@@ -131,6 +131,14 @@ pub fn threads(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("must be a number from 0 (all cores) to {MAX_THREADS}"))
 }
 
+/// `--aa`
+pub fn samples(text: &str) -> Result<Samples, String> {
+    digits(text).and_then(Samples::new).ok_or_else(|| {
+        let most = Samples::MAX.count();
+        format!("must be a power of two from 1 to {most}")
+    })
+}
+
 /// `--frame`
 pub fn frame(text: &str) -> Result<u64, String> {
     digits(text).ok_or_else(|| "must be a frame's number, 0 or more".to_owned())
@@ -233,6 +241,10 @@ mod tests {
         assert_eq!(frames("3..5"), Ok(3..=5));
         for bad in ["5..3", "3", "..", "1..", "..1", "1...3", "-1..3", "1..=3"] {
             assert!(frames(bad).is_err(), "{bad}");
+        }
+        assert_eq!(samples("16").map(Samples::count), Ok(16));
+        for bad in ["0", "3", "128", "-1", "1.0", ""] {
+            assert!(samples(bad).is_err(), "{bad}");
         }
         assert!(count("0").is_err() && count("30") == Ok(30));
     }

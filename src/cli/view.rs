@@ -1,16 +1,16 @@
 //! `raybomb view`: a scene in a window.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::args::WindowOptions;
-use super::console::print;
+use super::console::{color, print};
 use super::exit::{Failure, Outcome};
-use super::load::{Source, is_stdin, renderer};
-use crate::app::{self, AppError, AppOptions, Origin};
+use super::load;
+use crate::app::{self, AppError, AppOptions, LoadError, Source};
 use crate::demo::{self, Demo};
-use crate::scene::Scene;
 
-/// Opens the scene file `path`, or without one the first of the built-in demos.
+/// Opens the scene file `path` (the standard input for `-`), or without one the first of the built-in demos.
 ///
 /// # Errors
 /// Those of the scene, and no window to be had.
@@ -26,14 +26,12 @@ pub fn run(path: Option<&Path>, window: &WindowOptions) -> Outcome {
 }
 
 fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
-    let source = Source::read(path)?;
-    let scene = renderer(window.picture.machine.threads)?.install(|| source.parse())?;
-    let origin = if is_stdin(path) {
-        Origin::Text(source.text)
-    } else {
-        Origin::File(path.to_owned())
-    };
-    open(scene, origin, source.name, window)
+    if !load::is_stdin(path) {
+        return open(Source::File(path.to_owned()), window);
+    }
+    let load::Source { name, text } = load::Source::read(path)?;
+    let text = Arc::new(text);
+    open(Source::Text { name, text }, window)
 }
 
 /// Opens a built-in demo.
@@ -44,8 +42,7 @@ pub fn open_demo(demo: &'static Demo, window: &WindowOptions) -> Outcome {
     if window.list_bindings {
         return list_bindings();
     }
-    let origin = Origin::Demo(demo);
-    open(demo.scene(), origin, demo.title.to_owned(), window)
+    open(Source::Demo(demo), window)
 }
 
 /// Prints the table of keys: chords, two blanks or more, words.
@@ -61,14 +58,14 @@ fn list_bindings() -> Outcome {
     Ok(())
 }
 
-fn open(scene: Scene, origin: Origin, name: String, window: &WindowOptions) -> Outcome {
+fn open(source: Source, window: &WindowOptions) -> Outcome {
     let picture = &window.picture;
     let options = AppOptions {
-        scene,
-        origin,
-        name,
+        source: source.clone(),
         size: picture.size.map(|size| (size.width, size.height)),
         settings: picture.settings(),
+        samples: picture.aa,
+        target_fps: window.target_fps,
         threads: picture.machine.threads,
         timing: window.time.timing(),
         stretch: picture.stretch,
@@ -79,8 +76,21 @@ fn open(scene: Scene, origin: Origin, name: String, window: &WindowOptions) -> O
         play_actions: window.play_actions.clone(),
         record_actions: window.record_actions.clone(),
     };
-    app::run(options).map_err(|e| match &e {
-        AppError::NoWindow { .. } => Failure::NoWindow(e.to_string()),
+    app::run(options).map_err(|e| match e {
+        // The scene comes before the window: with a bad one, that is what is told.
+        AppError::NoWindow { .. } => match source.scene() {
+            Ok(_) => Failure::NoWindow(e.to_string()),
+            Err(bad) => no_scene(&bad),
+        },
+        AppError::NoScene(bad) => no_scene(&bad),
         AppError::Broken { .. } => Failure::Failed(e.to_string()),
     })
+}
+
+fn no_scene(error: &LoadError) -> Failure {
+    let words = error.words(color());
+    match error {
+        LoadError::Bad { .. } => Failure::BadScene(words),
+        LoadError::Unreadable(_) | LoadError::Broken(_) => Failure::Failed(words),
+    }
 }

@@ -28,6 +28,9 @@ mod tests;
 
 use crate::scene::{self, Scene};
 
+/// The size of every demo's picture when none is asked for: 16:9.
+pub const DEFAULT_SIZE: (usize, usize) = (853, 480);
+
 /// A scene that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Demo {

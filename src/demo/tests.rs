@@ -38,8 +38,8 @@ fn cameras_are_16_to_9_and_their_pictures_move() {
         let CameraSetting::Set(corners) = scene.camera else {
             panic!("{} leaves the camera to chance", demo.name);
         };
-        let (width, height) = Camera::from(corners).default_size();
-        assert_eq!((width, height), (853, 480), "{}", demo.name);
+        let size = Camera::from(corners).default_size();
+        assert_eq!(size, DEFAULT_SIZE, "{}", demo.name);
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod hit_plane;
 mod pick;
+mod samples;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -22,6 +23,7 @@ use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
 use crate::world::World;
 pub use pick::Picked;
+pub use samples::{Refinement, Samples};
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -242,8 +242,8 @@ pub fn large_triangle<S: Lanes>(
     let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
     let (x0, x1) = (x0 & (BLOCKS - 1), x1 & (BLOCKS - 1));
     let (y0, y1) = (
-        y0 / units_a_block & (BLOCKS - 1),
-        y1 / units_a_block & (BLOCKS - 1),
+        (y0 / units_a_block) & (BLOCKS - 1),
+        (y1 / units_a_block) & (BLOCKS - 1),
     );
     let mut dirty = 0u64;
     let reach = k.block_reach(simd);

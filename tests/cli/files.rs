@@ -279,3 +279,26 @@ fn distances_are_in_scene_units_and_normals_turn_to_the_eye() {
         }
     }
 }
+
+#[test]
+fn samples_a_pixel_change_the_picture_and_no_kernel_or_thread_does() {
+    let folder = Folder::new();
+    let hash = |options: &[&str]| folder.hash(&render(&[&["--hash"], options].concat()));
+    assert_eq!(hash(&["--aa", "1"]), hash(&[]));
+    let four = hash(&["--aa", "4"]);
+    assert_ne!(four, hash(&[]));
+    assert_ne!(four, hash(&["--aa", "8"]));
+    assert_eq!(
+        four,
+        hash(&["--aa", "4", "--kernel", "scalar", "--threads", "3"])
+    );
+    assert_eq!(four, hash(&["--aa", "4", "--engine", "brute"]));
+    folder
+        .run(&render(&["--aa", "4", "--view", "id", "-o", "x.npy"]))
+        .code_is(2)
+        .says("--aa is for colours");
+    folder
+        .run(&render(&["--aa", "3", "--hash"]))
+        .code_is(2)
+        .says("power of two");
+}

@@ -6,9 +6,10 @@ use crate::support::Folder;
 
 const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
 
-const PICTURE: [&str; 8] = [
+const PICTURE: [&str; 9] = [
     "--size",
     "--view",
+    "--aa",
     "--engine",
     "--kernel",
     "--threads",
@@ -17,9 +18,10 @@ const PICTURE: [&str; 8] = [
     "--pivot",
 ];
 const TIME: [&str; 4] = ["--fps", "--seconds-per-op", "--ease", "--steps"];
-const WINDOW: [&str; 6] = [
+const WINDOW: [&str; 7] = [
     "--play",
     "--no-overlay",
+    "--target-fps",
     "--print-picks",
     "--list-bindings",
     "--play-actions",

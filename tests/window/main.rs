@@ -6,9 +6,12 @@
 #![cfg(target_os = "linux")]
 
 mod display;
+mod faults;
 mod hands;
+mod opening;
 mod playing;
 mod recording;
+mod refining;
 mod sessions;
 mod shown;
 mod support;

@@ -32,13 +32,13 @@ fn what_is_recorded_and_saved_is_rendered_to_the_bit() {
     viewer.keys(&["ctrl+shift+s"]);
     assert_eq!(viewer.says(0), "saved scene-0001.txt");
     let size = ["--size", "320x240"];
-    assert!(desk.render_scene("scene-0001.txt", &size) == recorded);
+    assert!(desk.render_file("scene-0001.txt", &size) == recorded);
     drag(&viewer, "2", (100, 100), (15, 20));
     let panned = viewer.rests("a pan");
     assert!(panned != recorded);
     viewer.keys(&["ctrl+s"]);
     assert_eq!(viewer.says(1), "saved scene-0001.txt");
-    assert!(desk.render_scene("scene-0001.txt", &size) == panned);
+    assert!(desk.render_file("scene-0001.txt", &size) == panned);
     assert!(
         desk.still() == still,
         "the scene that was opened is as it was"
@@ -122,4 +122,44 @@ fn the_bar_takes_the_film_to_the_frame_under_the_mouse() {
     viewer.keys(&["period", "Right", "period"]);
     let frame = desk.render(&["--size", "320x240", "--frame", "17"]);
     viewer.shows(&frame, "an operation and a frame");
+}
+
+#[test]
+fn what_the_window_saves_it_does_not_load_again_and_what_others_make_of_it_has_the_moves_once() {
+    let Some(desk) = Desk::new() else { return };
+    let viewer = desk.view(&["--no-overlay"]);
+    let still = desk.still();
+    viewer.shows(&still, "at start");
+    viewer.keys(&["r", "x"]);
+    viewer.keys(&["ctrl+s"]);
+    assert_eq!(viewer.says(0), "saved scene.txt");
+    let saved = desk.still();
+    assert!(saved != still);
+    // A load would end the undoing of moves, or apply them twice.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    viewer.shows(&saved, "after saving");
+    viewer.keys(&["ctrl+z"]);
+    viewer.shows(&still, "undone");
+    viewer.keys(&["ctrl+shift+z"]);
+    viewer.shows(&saved, "done again");
+    let text = std::fs::read_to_string(desk.path("scene.txt")).expect("a scene");
+    let edited = text.replace("255 80 0", "0 250 255");
+    std::fs::write(desk.path("scene.txt"), edited).expect("written");
+    let expected = desk.still();
+    assert!(expected != saved);
+    viewer.shows(&expected, "edited");
+}
+
+#[test]
+fn another_scene_is_asked_about_and_opens_without_the_moves() {
+    let Some(desk) = Desk::new() else { return };
+    let other = SCENE.replace("255 80 0", "0 250 255");
+    std::fs::write(desk.path("zebra.txt"), other).expect("written");
+    let viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    viewer.keys(&["r", "x", "Next"]);
+    assert!(viewer.says(0).starts_with("recorded moves are not saved"));
+    viewer.keys(&["y"]);
+    let expected = desk.render_file("zebra.txt", &["--size", "320x240"]);
+    viewer.shows(&expected, "the other scene");
 }

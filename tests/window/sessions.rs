@@ -18,7 +18,9 @@ fn rendered(desk: &Desk, report: &Value) -> Picture {
     std::fs::write(desk.path("settled.txt"), scene).expect("written");
     let size = format!("{}x{}", report["size"][0], report["size"][1]);
     let view = text("view");
-    desk.render_scene("settled.txt", &["--size", &size, "--view", &view])
+    let aa = report["aa"].to_string();
+    let options = ["--size", &size, "--view", &view, "--aa", &aa];
+    desk.render_file("settled.txt", &options)
 }
 
 /// Plays `script`, which settles once at its end, as the `index`-th (from 0) of the session.
@@ -154,4 +156,23 @@ fn the_end_of_a_script_leaves_the_window_to_the_hand() {
     viewer.hand(&["keyup", "x"]);
     viewer.keys(&["q"]);
     assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn sessions_settle_with_all_samples_while_playing_and_after_another_scene() {
+    let Some(desk) = Desk::new() else { return };
+    std::fs::write(
+        desk.path("scenery.txt"),
+        SCENE.replace("255 80 0", "0 250 255"),
+    )
+    .expect("written");
+    let mut viewer = scripted(&desk, &["--aa", "8"]);
+    let (report, _) = settles(&desk, &mut viewer, 0, "play\nwait 0.5\nsettle");
+    assert_eq!(report["aa"], 8);
+    let (report, _) = settles(&desk, &mut viewer, 1, "start-turn x\nwait 0.4\nsettle");
+    assert_ne!(report["frame"], report["last_frame"]);
+    viewer.tell("stop-turns\nnext-scene\nsettle");
+    viewer.prints(2);
+    let options = ["--size", "320x240", "--aa", "8"];
+    viewer.shows(&desk.render_file("scenery.txt", &options), "the next scene");
 }

@@ -36,14 +36,19 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// An X server with the programs' folder.
 pub struct Desk {
-    server: Child,
+    server: Mutex<Child>,
     display: String,
     folder: TempDir,
 }
 
 impl Desk {
-    /// Starts the server; `None`, said aloud, where the tools are missing and nobody insists on them.
+    /// Starts a usual server; see [`Desk::with`].
     pub fn new() -> Option<Desk> {
+        Desk::with(&[])
+    }
+
+    /// Starts the server with further arguments; `None`, said aloud, where the tools are missing and nobody insists on them.
+    pub fn with(arguments: &[&str]) -> Option<Desk> {
         let missing: Vec<&str> = ["Xvfb", "xdotool", "xwd"]
             .into_iter()
             .filter(|tool| !is_installed(tool))
@@ -59,6 +64,7 @@ impl Desk {
             // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
             .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
             .args(["-screen", "0", "1600x1200x24"])
+            .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -71,7 +77,7 @@ impl Desk {
         let folder = tempfile::tempdir().expect("a folder for the test");
         std::fs::write(folder.path().join("scene.txt"), SCENE).expect("a scene");
         Some(Desk {
-            server,
+            server: Mutex::new(server),
             display: format!(":{}", number.trim()),
             folder,
         })
@@ -79,6 +85,13 @@ impl Desk {
 
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
+    }
+
+    /// Takes the server away from the programs on it.
+    pub fn kill_server(&self) {
+        let mut server = self.server.lock().expect("no panic");
+        let _ = server.kill();
+        let _ = server.wait();
     }
 
     /// The program, to be run on this display and no other.
@@ -101,14 +114,14 @@ impl Desk {
 
     /// What `raybomb render` writes with these options.
     pub fn render(&self, options: &[&str]) -> Picture {
-        self.render_scene("scene.txt", options)
+        self.render_file("scene.txt", options)
     }
 
-    /// The same of another scene.
-    pub fn render_scene(&self, scene: &str, options: &[&str]) -> Picture {
+    /// What `raybomb render` writes of the scene in a file of the folder.
+    pub fn render_file(&self, file: &str, options: &[&str]) -> Picture {
         let output = self
             .program()
-            .args(["render", scene, "-o", "expected.bmp"])
+            .args(["render", file, "-o", "expected.bmp"])
             .args(options)
             .output()
             .expect("the program runs");
@@ -146,8 +159,7 @@ impl Desk {
 
 impl Drop for Desk {
     fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
+        self.kill_server();
     }
 }
 
@@ -254,6 +266,21 @@ impl<'a> Viewer<'a> {
             );
             std::thread::sleep(LOOK);
         }
+    }
+
+    /// Waits until the upper left corner of the window shows `expected`, to the bit.
+    pub fn shows_in_corner(&self, expected: &Picture, what: &str) {
+        until(what, || {
+            let corner = self.grab().corner(expected.width, expected.height);
+            (corner == *expected).then_some(())
+        });
+    }
+
+    /// Sends the program a signal.
+    pub fn signal(&self, name: &str) {
+        let kill = format!("kill -{name} {}", self.id());
+        let done = Command::new("sh").args(["-c", &kill]).status();
+        assert!(done.expect("a shell").success(), "{kill}");
     }
 
     /// Waits until the window shows anything else, and returns that.
@@ -368,6 +395,26 @@ impl Picture {
         let pixels = self.rgb.chunks(3).zip(other.rgb.chunks(3));
         let count = pixels.filter(|(a, b)| a != b).count();
         format!("{count} of {} pixels differ", self.width * self.height)
+    }
+
+    /// The upper left part.
+    fn corner(&self, width: usize, height: usize) -> Picture {
+        let (width, height) = (width.min(self.width), height.min(self.height));
+        let rows = self.rgb.chunks_exact(self.width * 3).take(height);
+        Picture {
+            width,
+            height,
+            rgb: rows.flat_map(|row| &row[..width * 3]).copied().collect(),
+        }
+    }
+
+    /// Whether every square of `size` pixels each way has one colour.
+    pub fn is_made_of_squares(&self, size: usize) -> bool {
+        let rows: Vec<&[u8]> = self.rgb.chunks_exact(self.width * 3).collect();
+        rows.chunks(size).all(|band| {
+            let one_color = |run: &[u8]| run.chunks(3).all(|p| *p == run[..3]);
+            band.iter().all(|row| *row == band[0]) && band[0].chunks(size * 3).all(one_color)
+        })
     }
 
     /// Reads a BMP file of ours.

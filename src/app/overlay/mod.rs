@@ -134,6 +134,11 @@ impl Overlay {
         }
     }
 
+    /// Draws lines in the middle, over everything else.
+    pub fn board(&mut self, canvas: &mut Canvas<'_>, lines: &[Line]) {
+        self.panel(canvas, lines, Place::Middle);
+    }
+
     fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], place: Place) {
         let layout = self.layout(canvas, lines);
         let rect = layout.place(canvas, place);

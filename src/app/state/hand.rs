@@ -247,7 +247,7 @@ impl State {
     }
 
     /// Brings the film in line with what is recorded.
-    fn after_move(&mut self) {
+    pub(super) fn after_move(&mut self) {
         self.film.truncate(self.setting.operations.len());
         self.film.extend(self.moves.recorded());
         self.playback

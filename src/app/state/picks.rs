@@ -14,6 +14,7 @@ impl State {
         let inside = |v: f64, limit: usize| v >= 0.0 && v < limit as f64;
         if inside(x, width) && inside(y, height) {
             self.commands.push(Command::Probe(Probe {
+                scene: self.scene,
                 wish: self.wish(),
                 // Not negative, and below a window's size.
                 pixel: (x as usize, y as usize),
@@ -22,8 +23,11 @@ impl State {
         }
     }
 
-    /// The answer to a probe.
+    /// The answer to a probe. That of another scene tells nothing of this one.
     pub fn probed(&mut self, probe: &Probe, found: Option<Picked>) {
+        if probe.scene != self.scene {
+            return;
+        }
         match probe.spot {
             Spot::Pivot => {
                 self.pivot = found.map(|p| p.point);

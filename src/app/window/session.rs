@@ -1,26 +1,29 @@
-//! The window at work on a session: scripts, the mouse, and scenes that are saved.
-
-use std::io;
-use std::path::PathBuf;
+//! The window at work on a session: scripts and the mouse.
 
 use winit::dpi::PhysicalSize;
 use winit::event::ElementState;
+use winit::event_loop::ActiveEventLoop;
 
-use super::{Message, Stage, Viewer};
+use super::{Stage, Viewer};
 use crate::app::action::Action;
 use crate::app::bindings::Button;
-use crate::app::moves::Recorded;
-use crate::app::save::{Origin, save};
+use crate::app::painter::Picture;
 use crate::app::script::Line;
 use crate::app::session::print;
-use crate::app::state::Document;
 
 impl Viewer {
     /// Plays the lines of the script that are due.
-    pub(super) fn play_script(&mut self) {
-        while let Some(line) = self.session.next(self.real(), self.is_settled()) {
+    pub(super) fn play_script(&mut self, event_loop: &ActiveEventLoop) {
+        // Time begins with the first picture, but actions need only the scene.
+        while self.opener.has_scene()
+            && !event_loop.exiting()
+            && let Some(line) = self.session.next(self.real(), self.is_settled())
+        {
             match line {
-                Line::Act(action) => self.act(Some(action)),
+                Line::Act(action) => {
+                    self.act(Some(action));
+                    self.obey(event_loop);
+                }
                 Line::Resize(width, height) => {
                     if let Some(screen) = self.stage.screen() {
                         let size = PhysicalSize::new(width, height);
@@ -30,7 +33,9 @@ impl Viewer {
                         }
                     }
                 }
-                Line::Settle => print(&self.session.settle_report(&self.state)),
+                Line::Settle => {
+                    print(&self.session.settle_report(&self.state, self.pace.samples()))
+                }
                 Line::Wait(_) => {}
             }
             self.state.advance(self.now());
@@ -49,12 +54,13 @@ impl Viewer {
 
     /// True when the window shows what the state wants and nothing is under way.
     pub(super) fn is_settled(&self) -> bool {
-        let shown = self.picture.as_ref().map(|p| p.wish);
+        let is_shown = |p: &Picture| p.wish == self.state.wish() && self.pace.is_finest(p);
         matches!(self.stage, Stage::Running(_))
             && !self.is_new
             && self.pending == 0
-            && shown == Some(self.state.wish())
-            && self.drawn == self.state.overlay()
+            && !self.opener.is_loading()
+            && self.picture.as_deref().is_some_and(is_shown)
+            && self.drawn == self.wanted_overlay()
             && self.session.has_size(self.state.size_px())
     }
 
@@ -79,6 +85,9 @@ impl Viewer {
             ElementState::Released => self.input.button_up(button, now),
         };
         self.act(action);
+        if state == ElementState::Released {
+            self.pace.let_go();
+        }
     }
 
     pub(super) fn cursor_moved(&mut self, x: f64, y: f64) {
@@ -91,27 +100,5 @@ impl Viewer {
             _ => moved,
         };
         self.act(action);
-    }
-
-    /// Saves the scene with the hand's moves, on a thread of its own.
-    pub(super) fn save_scene(&mut self, document: Document) {
-        let (origin, proxy) = (self.origin.clone(), self.proxy.clone());
-        self.pending += 1;
-        self.saving.push(std::thread::spawn(move || {
-            let saved = save(&origin, &document);
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(document.recorded, saved));
-        }));
-    }
-
-    pub(super) fn scene_saved(&mut self, recorded: Recorded, saved: io::Result<PathBuf>) {
-        self.pending -= 1;
-        self.state.advance(self.now());
-        let name = saved.map(|path| {
-            let name = path.display().to_string();
-            self.origin = Origin::File(path);
-            name
-        });
-        self.state.saved(recorded, name.map_err(|e| e.to_string()));
     }
 }

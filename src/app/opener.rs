@@ -1,0 +1,468 @@
+//! Opens scenes and keeps what there is to know of the open one: where it comes from, whether it is being loaded, what
+//! is wrong with it, and the file's neighbours. The window asks it what to show and tells it what it hears.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
+use super::overlay::Line;
+use super::save::Saved;
+use super::watch::Watch;
+
+/// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
+const SETTLE: Duration = Duration::from_millis(60);
+/// A load that is done sooner is not spoken of.
+const PATIENCE: Duration = Duration::from_millis(150);
+/// How often the time of a load is told anew.
+const TICK: Duration = Duration::from_millis(100);
+/// The most lines and letters of an error that are shown.
+const MAX_LINES: usize = 14;
+const MAX_LETTERS: usize = 100;
+
+/// What other threads tell it, by way of the event loop.
+#[derive(Debug)]
+pub enum Heard {
+    /// The loader, about the load of that number.
+    Load(u64, Told),
+    /// The file may have changed.
+    FileChanged,
+}
+
+/// What follows from it for the window.
+#[derive(Debug)]
+pub enum Outcome {
+    /// Show this scene.
+    Show {
+        /// The scene.
+        loaded: Box<Loaded>,
+        /// It is the same file as before, saved again.
+        again: bool,
+    },
+    /// There is nothing to show, and will not be.
+    Fatal(LoadError),
+    /// It is not shown; the terminal may be told why.
+    Kept(LoadError),
+}
+
+/// A load under way.
+#[derive(Clone, Copy, Debug)]
+struct Loading {
+    stage: Stage,
+    since: Instant,
+}
+
+/// The open scene.
+pub struct Opener {
+    source: Source,
+    loader: Loader,
+    loading: Option<Loading>,
+    /// The scene of `source` has been shown.
+    is_shown: bool,
+    /// Some scene has been shown.
+    has_any: bool,
+    error: Option<Vec<Line>>,
+    reload_at: Option<Instant>,
+    /// What we wrote to the file ourselves: the scene shown, with its moves.
+    written: Option<Arc<Vec<u8>>>,
+    /// We may be writing to the file: so many threads are.
+    writers: usize,
+    watch: Option<Watch>,
+    tell: Arc<dyn Fn(Heard) + Send + Sync>,
+}
+
+impl Opener {
+    /// Will load `source` with so many threads (0: one a core); `tell` is called by other threads.
+    #[must_use]
+    pub fn new(
+        source: Source,
+        threads: usize,
+        tell: impl Fn(Heard) + Send + Sync + 'static,
+    ) -> Opener {
+        Opener {
+            source,
+            loader: Loader::new(threads),
+            loading: None,
+            is_shown: false,
+            has_any: false,
+            error: None,
+            reload_at: None,
+            written: None,
+            writers: 0,
+            watch: None,
+            tell: Arc::new(tell),
+        }
+    }
+
+    /// What the title calls it.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.source.name()
+    }
+
+    /// Where the scene comes from that was asked for last.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// True while a scene is on its way.
+    #[must_use]
+    pub fn is_loading(&self) -> bool {
+        self.loading.is_some()
+    }
+
+    /// True once there was something to show.
+    #[must_use]
+    pub fn has_scene(&self) -> bool {
+        self.has_any
+    }
+
+    /// Loads the scene and watches its file.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn open(&mut self, source: Source) -> Result<(), LoadError> {
+        self.source = source;
+        self.is_shown = false;
+        self.error = None;
+        self.written = None;
+        self.watch();
+        self.load()
+    }
+
+    fn watch(&mut self) {
+        self.watch = None;
+        // A pipe is read once: what is written into it is no change.
+        if let Source::File(path) = &self.source
+            && path.is_file()
+        {
+            let tell = Arc::clone(&self.tell);
+            // Some file systems tell nothing: then nothing is reloaded.
+            self.watch = Watch::start(path, move || tell(Heard::FileChanged)).ok();
+        }
+    }
+
+    /// The scene is being saved: what happens to its file is our own doing.
+    pub fn begin_saving(&mut self) {
+        self.writers += 1;
+    }
+
+    /// That is over. The scene on screen is now what is in the file `saved`, if any: that is no reason to load it, but
+    /// another text in it is.
+    pub fn end_saving(&mut self, saved: Option<Saved>) {
+        self.writers -= 1;
+        let Some(Saved { path, text }) = saved.filter(|_| self.is_shown) else {
+            return;
+        };
+        self.written = Some(Arc::new(text));
+        if !matches!(&self.source, Source::File(same) if *same == path) {
+            self.source = Source::File(path);
+            self.watch();
+        }
+    }
+
+    /// Loads the scene that it was made with.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn begin(&mut self) -> Result<(), LoadError> {
+        self.open(self.source.clone())
+    }
+
+    fn load(&mut self) -> Result<(), LoadError> {
+        self.reload_at = None;
+        let tell = Arc::clone(&self.tell);
+        let told = move |number, told| tell(Heard::Load(number, told));
+        self.loader
+            .start(self.source.clone(), self.written.clone(), told)
+            .map_err(|e| LoadError::Broken(format!("the system gives no thread: {e}")))?;
+        self.loading = Some(Loading {
+            stage: Stage::Reading,
+            since: Instant::now(),
+        });
+        Ok(())
+    }
+
+    /// Gives up the load under way; false when there is none, or nothing else to show.
+    pub fn cancel(&mut self) -> bool {
+        if self.loading.is_none() || !self.has_any {
+            return false;
+        }
+        self.loader.cancel();
+        self.loading = None;
+        true
+    }
+
+    /// Takes in what another thread tells.
+    pub fn hear(&mut self, heard: Heard, now: Instant) -> Option<Outcome> {
+        match heard {
+            Heard::FileChanged => {
+                self.reload_at = Some(now + SETTLE);
+                None
+            }
+            Heard::Load(number, _) if !self.loader.is_newest(number) => None,
+            Heard::Load(_, Told::At(stage)) => {
+                if let Some(loading) = &mut self.loading {
+                    loading.stage = stage;
+                }
+                None
+            }
+            Heard::Load(_, Told::Known) => {
+                self.loading = None;
+                self.error = None;
+                None
+            }
+            Heard::Load(_, Told::Done(done)) => {
+                self.loading = None;
+                Some(self.done(done))
+            }
+        }
+    }
+
+    fn done(&mut self, done: Result<Box<Loaded>, LoadError>) -> Outcome {
+        match done {
+            Ok(loaded) => {
+                self.error = None;
+                self.written = None;
+                self.has_any = true;
+                let again = std::mem::replace(&mut self.is_shown, true);
+                Outcome::Show { loaded, again }
+            }
+            Err(e) if !self.has_any => Outcome::Fatal(e),
+            Err(e) => {
+                self.error = Some(lines_of(&e));
+                Outcome::Kept(e)
+            }
+        }
+    }
+
+    /// Loads the file again when it has been left alone after a change.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn tick(&mut self, now: Instant) -> Result<(), LoadError> {
+        match self.reload_at {
+            Some(due) if due <= now && self.writers == 0 => self.load(),
+            _ => Ok(()),
+        }
+    }
+
+    /// When to call [`Opener::tick`] and look at [`Opener::board`] again.
+    #[must_use]
+    pub fn wake(&self, now: Instant) -> Option<Instant> {
+        let progress = self.loading.map(|l| match l.since + PATIENCE {
+            first if now < first => first,
+            _ => now + TICK,
+        });
+        let reload = self.reload_at.filter(|_| self.writers == 0);
+        progress.into_iter().chain(reload).min()
+    }
+
+    /// What to write over the picture: how far the load is, or what is wrong with the file.
+    #[must_use]
+    pub fn board(&self, now: Instant) -> Option<Vec<Line>> {
+        let loading = self.loading.filter(|l| now >= l.since + PATIENCE);
+        let Some(Loading { stage, since }) = loading else {
+            return self.error.clone();
+        };
+        let ticks = now.saturating_duration_since(since).as_millis() / TICK.as_millis();
+        let seconds = ticks as f64 * TICK.as_secs_f64();
+        let esc = if self.has_any { "cancels" } else { "quits" };
+        Some(vec![
+            Line::new("loading", self.name()),
+            Line::new("", format!("{stage}, {seconds:.1} s")),
+            Line::new("Esc", esc),
+        ])
+    }
+
+    /// The next or the previous scene in the file's folder, by name, round and round.
+    #[must_use]
+    pub fn neighbour(&self, forward: bool) -> Option<Source> {
+        let Source::File(path) = &self.source else {
+            return None;
+        };
+        neighbour(path, forward).map(Source::File)
+    }
+}
+
+/// An error as the window shows it.
+fn lines_of(error: &LoadError) -> Vec<Line> {
+    let words = error.words(false);
+    let lines = words.lines().take(MAX_LINES);
+    lines
+        .map(|line| Line::new("", line.chars().take(MAX_LETTERS).collect::<String>()))
+        .collect()
+}
+
+fn neighbour(path: &Path, forward: bool) -> Option<PathBuf> {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let is_scene =
+        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) && p.is_file();
+    let entries = std::fs::read_dir(folder).ok()?;
+    let mut others: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())))
+        .filter(|p| p.as_path() != path && is_scene(p))
+        .collect();
+    others.sort();
+    let next = others.partition_point(|p| p.as_path() < path);
+    match (forward, others.is_empty()) {
+        (_, true) => None,
+        (true, _) => Some(others.swap_remove(next % others.len())),
+        (false, _) => Some(others.swap_remove((next + others.len() - 1) % others.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{Receiver, channel};
+
+    const GOOD: &str = "<d 0 0 -1 0";
+
+    fn opener(path: &Path) -> (Opener, Receiver<Heard>) {
+        let (send, receive) = channel();
+        let tell = move |heard| {
+            let _ = send.send(heard);
+        };
+        let mut opener = Opener::new(Source::File(path.into()), 1, tell);
+        opener.begin().expect("a thread");
+        (opener, receive)
+    }
+
+    /// Goes on until something follows for the window.
+    fn outcome(opener: &mut Opener, heard: &Receiver<Heard>) -> Outcome {
+        let start = Instant::now();
+        loop {
+            assert!(start.elapsed() < Duration::from_secs(20), "no outcome");
+            opener.tick(Instant::now()).expect("a thread");
+            if let Ok(heard) = heard.recv_timeout(Duration::from_millis(20))
+                && let Some(outcome) = opener.hear(heard, Instant::now())
+            {
+                return outcome;
+            }
+        }
+    }
+
+    #[test]
+    fn a_bad_save_keeps_the_scene_and_shows_the_error_until_the_file_is_good_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        std::fs::write(&file, GOOD).expect("written");
+        let (mut opener, heard) = opener(&file);
+        let first = outcome(&mut opener, &heard);
+        assert!(
+            matches!(first, Outcome::Show { again: false, .. }),
+            "{first:?}"
+        );
+        std::fs::write(&file, "<d 0 0 x 0").expect("written");
+        let kept = outcome(&mut opener, &heard);
+        assert!(matches!(kept, Outcome::Kept(_)), "{kept:?}");
+        let board = opener.board(Instant::now()).expect("an error");
+        assert!(board[0].text.contains("a.txt:1:8: expected"), "{board:?}");
+        assert!(
+            board.iter().any(|line| line.text.contains('^')),
+            "{board:?}"
+        );
+        std::fs::write(&file, GOOD).expect("written");
+        let again = outcome(&mut opener, &heard);
+        assert!(
+            matches!(again, Outcome::Show { again: true, .. }),
+            "{again:?}"
+        );
+        assert_eq!(opener.board(Instant::now()), None);
+    }
+
+    #[test]
+    fn what_we_save_ourselves_is_not_loaded_and_what_others_save_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        std::fs::write(&file, GOOD).expect("written");
+        let (mut opener, heard) = opener(&file);
+        outcome(&mut opener, &heard);
+        let path = folder.path().join("b.txt");
+        let text = b"<d 0 0 -1 0 # ours".to_vec();
+        std::fs::write(&path, &text).expect("written");
+        opener.begin_saving();
+        opener.end_saving(Some(Saved {
+            path: path.clone(),
+            text: text.clone(),
+        }));
+        assert_eq!(opener.name(), path.display().to_string());
+        // Known again after a text that is no scene.
+        for text in [&b"<d 0 0"[..], &text] {
+            std::fs::write(&path, text).expect("written");
+            let start = Instant::now();
+            while opener.error.is_some() == (text.len() > 10) {
+                assert!(start.elapsed() < Duration::from_secs(20), "no change");
+                opener.tick(Instant::now()).expect("a thread");
+                if let Ok(heard) = heard.recv_timeout(Duration::from_millis(20)) {
+                    let outcome = opener.hear(heard, Instant::now());
+                    assert!(!matches!(outcome, Some(Outcome::Show { .. })));
+                }
+            }
+        }
+        std::fs::write(&path, GOOD).expect("written");
+        let again = outcome(&mut opener, &heard);
+        assert!(
+            matches!(again, Outcome::Show { again: true, .. }),
+            "{again:?}"
+        );
+    }
+
+    #[test]
+    fn without_any_scene_an_error_is_the_end() {
+        let (mut opener, heard) = opener(Path::new("there/is/none.txt"));
+        assert!(!opener.cancel(), "nothing else to show");
+        let end = outcome(&mut opener, &heard);
+        assert!(
+            matches!(end, Outcome::Fatal(LoadError::Unreadable(_))),
+            "{end:?}"
+        );
+    }
+
+    #[test]
+    fn a_load_that_takes_long_is_told_and_can_be_cancelled() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        std::fs::write(&file, GOOD).expect("written");
+        let (mut opener, heard) = opener(&file);
+        let start = Instant::now();
+        let later = start + Duration::from_millis(1950);
+        assert!(
+            opener.board(later).expect("progress")[1]
+                .text
+                .ends_with("1.9 s")
+        );
+        assert!(opener.wake(later).is_some_and(|at| at <= later + TICK));
+        outcome(&mut opener, &heard);
+        assert_eq!(opener.wake(Instant::now()), None);
+        opener.begin().expect("a thread");
+        assert!(opener.cancel());
+        // All that the load still says; whether it comes to its end is a race.
+        while let Ok(heard) = heard.recv_timeout(Duration::from_millis(200)) {
+            assert!(opener.hear(heard, Instant::now()).is_none());
+        }
+        assert_eq!(opener.board(later), None);
+    }
+
+    #[test]
+    fn neighbours_go_round_by_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        assert_eq!(neighbour(&path("b.txt"), true), None);
+        for name in ["a.txt", "b.txt", "c.TXT", "d.png"] {
+            std::fs::write(path(name), "").expect("written");
+        }
+        std::fs::create_dir(path("e.txt")).expect("made");
+        assert_eq!(neighbour(&path("b.txt"), true), Some(path("c.TXT")));
+        assert_eq!(neighbour(&path("c.TXT"), true), Some(path("a.txt")));
+        assert_eq!(neighbour(&path("a.txt"), false), Some(path("c.TXT")));
+        // The file itself may be gone.
+        assert_eq!(neighbour(&path("bb.txt"), false), Some(path("b.txt")));
+        assert_eq!(neighbour(Path::new("none/a.txt"), true), None);
+    }
+}

@@ -1,0 +1,238 @@
+//! What another scene, or the same one loaded again, does to the state.
+
+use std::time::Duration;
+
+use glam::DVec3;
+
+use super::State;
+use crate::app::moves::Moves;
+use crate::camera::Camera;
+use crate::scene::{CameraSetting, Operation};
+
+/// What the state knows of a scene.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The camera as the scene states it.
+    pub camera: CameraSetting,
+    /// The same, before any operation.
+    pub base: Camera,
+    /// The scene's.
+    pub operations: Vec<Operation>,
+    /// What they turn the camera about, and hands to begin with.
+    pub pivot: DVec3,
+}
+
+impl State {
+    /// Another scene: it stands on its still picture, and no hand has touched it.
+    pub fn open(&mut self, subject: Subject) {
+        self.let_go_of_all();
+        self.recording = false;
+        self.pivot = None;
+        self.section_start = None;
+        self.asking = None;
+        self.moves = Moves::default();
+        self.is_in_file = false;
+        self.playback.set_section(None);
+        self.take(subject);
+        self.playback.stop();
+    }
+
+    /// The scene changed under the hand: its moves, the frame and the playing stay. Where moves were saved, the file
+    /// has them.
+    pub fn reload(&mut self, subject: Subject) {
+        if std::mem::take(&mut self.is_in_file) {
+            if self.moves.is_unsaved() {
+                self.say("the file has the moves that were saved: later ones are gone".to_owned());
+            }
+            self.let_go_of_all();
+            self.moves = Moves::default();
+        }
+        self.take(subject);
+    }
+
+    fn take(&mut self, subject: Subject) {
+        let Subject {
+            camera,
+            base,
+            operations,
+            pivot,
+        } = subject;
+        self.setting.camera = camera;
+        self.setting.base = base;
+        self.setting.pivot = pivot;
+        self.film.clone_from(&operations);
+        self.setting.operations = operations;
+        self.scene += 1;
+        self.drop_pick();
+        self.after_move();
+    }
+
+    /// True where something may be drawn over the picture.
+    #[must_use]
+    pub fn may_overlay(&self) -> bool {
+        self.setting.overlay
+    }
+
+    /// How long each frame is shown while the animation plays; `None` when it does not.
+    #[must_use]
+    pub fn frame_time(&self) -> Option<Duration> {
+        let seconds = 1.0 / (self.setting.timing.fps * self.playback.speed());
+        let playing = self.playback.is_playing();
+        playing.then(|| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::action::Action;
+    use crate::app::state::{Command, Document, Setting};
+    use crate::geometry::Aabb;
+    use crate::render::Settings;
+    use crate::scene::{Axis, CameraCorners};
+    use crate::timeline::Timing;
+
+    fn subject(operations: usize) -> Subject {
+        let (axis, angle_rad) = (Axis::Z, 0.5);
+        Subject {
+            camera: CameraSetting::Default,
+            base: Camera::default_for(Aabb::EMPTY),
+            operations: vec![Operation { axis, angle_rad }; operations],
+            pivot: DVec3::ZERO,
+        }
+    }
+
+    fn state(operations: usize) -> State {
+        let Subject {
+            camera,
+            base,
+            operations,
+            pivot,
+        } = subject(operations);
+        let setting = Setting {
+            camera,
+            base,
+            operations,
+            timing: Timing::STEPS,
+            pivot,
+            stretch: false,
+            overlay: true,
+            print_picks: false,
+            kernels: Vec::new(),
+        };
+        State::new(setting, Settings::default(), (64, 48))
+    }
+
+    /// Records a drag.
+    fn record(state: &mut State) {
+        state.apply(Action::ToggleRecording);
+        drag(state);
+    }
+
+    fn drag(state: &mut State) {
+        let (dx_px, dy_px) = (5.0, 3.0);
+        let only = Some(Axis::X);
+        state.apply(Action::Orbit { dx_px, dy_px, only });
+        state.apply(Action::LetGo);
+    }
+
+    fn saved(state: &mut State) -> Document {
+        state.apply(Action::Save);
+        let document = state.take_commands().into_iter().find_map(|c| match c {
+            Command::Save(document) => Some(document),
+            _ => None,
+        });
+        document.expect("a document")
+    }
+
+    #[test]
+    fn another_scene_stands_on_its_still_picture_without_moves() {
+        let mut s = state(2);
+        record(&mut s);
+        s.apply(Action::Pan {
+            dx_px: 3.0,
+            dy_px: 1.0,
+        });
+        s.play();
+        s.open(subject(3));
+        assert_eq!(s.wish(), state(3).wish());
+        assert_eq!((s.frame(), s.is_moving()), ((3, 3), false));
+        drag(&mut s);
+        s.apply(Action::Undo);
+        assert_eq!(s.wish(), state(3).wish());
+        assert_eq!(saved(&mut s).operations, subject(3).operations, "recorded");
+    }
+
+    #[test]
+    fn the_camera_of_another_scene_is_the_one_that_is_saved() {
+        let corners = CameraCorners {
+            eye: glam::Vec3::NEG_Y,
+            top_left: glam::Vec3::NEG_X,
+            top_right: glam::Vec3::X,
+            bottom_left: glam::Vec3::NEG_Z,
+        };
+        let mut s = state(1);
+        s.open(Subject {
+            camera: CameraSetting::Set(corners),
+            base: Camera::from(corners),
+            ..subject(1)
+        });
+        assert_eq!(saved(&mut s).camera, CameraSetting::Set(corners));
+    }
+
+    #[test]
+    fn moves_outlive_a_reload_until_the_file_has_them() {
+        let mut s = state(2);
+        record(&mut s);
+        let wish = s.wish();
+        s.reload(subject(2));
+        assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
+        let document = saved(&mut s);
+        s.saved(Some(document.recorded), Ok("a.txt".into()));
+        // What another program makes of the file that was saved.
+        s.reload(Subject {
+            operations: document.operations,
+            ..subject(2)
+        });
+        assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
+        s.apply(Action::Quit);
+        assert!(s.take_commands().contains(&Command::Quit), "nothing asked");
+    }
+
+    #[test]
+    fn unsaved_moves_are_asked_about_before_another_scene_takes_their_place() {
+        let browse = Command::Browse { forward: true };
+        let mut s = state(1);
+        s.apply(Action::Browse { forward: true });
+        assert_eq!(s.take_commands(), std::slice::from_ref(&browse));
+        record(&mut s);
+        s.apply(Action::Browse { forward: true });
+        assert!(!s.take_commands().contains(&browse));
+        s.apply(Action::Decline);
+        assert_eq!(s.overlay().question, None);
+        s.leave(Command::Open("b.txt".into()));
+        assert!(s.overlay().question.is_some());
+        s.take_commands();
+        s.apply(Action::StartTurn {
+            axis: Axis::Y,
+            reverse: false,
+        });
+        assert_eq!(s.take_commands(), [Command::Open("b.txt".into())]);
+        assert_eq!(s.overlay().question, None);
+    }
+
+    #[test]
+    fn an_answer_about_the_scene_before_is_not_shown() {
+        let mut s = state(1);
+        s.apply(Action::SetPivot((30.0, 20.0)));
+        let Some(Command::Probe(probe)) = s.take_commands().pop() else {
+            panic!("no question");
+        };
+        s.reload(subject(1));
+        s.probed(&probe, None);
+        assert_eq!(s.overlay().message, None);
+        let again = crate::app::state::Probe { scene: 1, ..probe };
+        s.probed(&again, None);
+        assert!(s.overlay().message.is_some());
+    }
+}

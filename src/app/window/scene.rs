@@ -1,0 +1,153 @@
+//! The window's scene: opened, loaded again, left for another one, saved.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use winit::event_loop::ActiveEventLoop;
+
+use super::{Message, Viewer, physical, report, title};
+use crate::app::AppError;
+use crate::app::loader::{Loaded, Source};
+use crate::app::moves::Recorded;
+use crate::app::opener::{Heard, Outcome};
+use crate::app::save::{Saved, save};
+use crate::app::state::{Command, Document, Subject};
+use crate::app::statistics::Statistics;
+use crate::camera::Camera;
+
+/// How saving a scene ended.
+#[derive(Debug)]
+pub(super) struct SaveEnding {
+    /// The number of the scene.
+    opened: u64,
+    /// Of its operations, what the hand recorded.
+    recorded: Recorded,
+    result: io::Result<Saved>,
+}
+
+impl Viewer {
+    /// The opener heard something.
+    pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
+        match self.opener.hear(heard, Instant::now()) {
+            Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
+            Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
+            Some(Outcome::Kept(e)) => report(&e.words(false)),
+            None => {}
+        }
+    }
+
+    /// Shows another scene, or the same one saved `again`.
+    pub(super) fn open(&mut self, loaded: Loaded, again: bool) {
+        let Loaded {
+            camera,
+            base,
+            operations,
+            bounds,
+            world,
+        } = loaded;
+        let subject = Subject {
+            camera,
+            base,
+            operations,
+            pivot: self.pivot.point(bounds),
+        };
+        self.state.advance(self.now());
+        if again {
+            self.state.reload(subject);
+        } else {
+            self.origin = self.opener.source().clone();
+            self.opened += 1;
+            self.scrubbing = false;
+            self.state.open(subject);
+            self.take_shape(&base);
+        }
+        if std::mem::take(&mut self.play) {
+            self.state.play();
+        }
+        self.statistics = Statistics::new(self.threads, world.triangle_count());
+        self.painter.set_world(world);
+        self.pace.forget();
+        self.set_title();
+    }
+
+    pub(super) fn set_title(&mut self) {
+        if let Some(screen) = self.stage.screen() {
+            screen.window.set_title(&title(&self.opener));
+        }
+    }
+
+    /// The first scene gives a window its shape, unless a size was asked for.
+    pub(super) fn take_shape(&mut self, camera: &Camera) {
+        let (width, height) = camera.default_size();
+        if self.has_own_size || self.picture.is_some() || self.state.size_px() == (width, height) {
+            return;
+        }
+        let mut resized = None;
+        if let Some(screen) = self.stage.screen() {
+            resized = screen.window.request_inner_size(physical(width, height));
+        }
+        // Where the answer comes later, it comes as an event.
+        if let Some(size) = resized {
+            self.resized(size);
+        }
+    }
+
+    /// Opens another source, while the scene before it stays until that is ready.
+    pub(super) fn open_source(&mut self, event_loop: &ActiveEventLoop, source: Source) {
+        if let Err(e) = self.opener.open(source) {
+            self.fail(event_loop, AppError::NoScene(e));
+        }
+    }
+
+    pub(super) fn dropped(&mut self, path: PathBuf) {
+        self.state.advance(self.now());
+        self.state.leave(Command::Open(path));
+    }
+
+    pub(super) fn browse(&mut self, event_loop: &ActiveEventLoop, forward: bool) {
+        match self.opener.neighbour(forward) {
+            Some(source) => self.open_source(event_loop, source),
+            None => self.tell("there is no other scene in the folder"),
+        }
+    }
+
+    /// Saves the scene with the hand's moves, on a thread of its own.
+    pub(super) fn save_scene(&mut self, document: Document) {
+        let (origin, opened) = (self.origin.clone(), self.opened);
+        let proxy = self.proxy.clone();
+        self.pending += 1;
+        self.opener.begin_saving();
+        self.saving.push(std::thread::spawn(move || {
+            let result = save(&origin, &document);
+            let ending = SaveEnding {
+                opened,
+                recorded: document.recorded,
+                result,
+            };
+            // Fails when the loop has ended: the file is there all the same.
+            let _ = proxy.send_event(Message::SceneSaved(ending));
+        }));
+    }
+
+    pub(super) fn scene_saved(&mut self, ending: SaveEnding) {
+        let SaveEnding {
+            opened,
+            recorded,
+            result,
+        } = ending;
+        self.pending -= 1;
+        let is_open = opened == self.opened;
+        let name = match &result {
+            Ok(saved) => Ok(saved.path.display().to_string()),
+            Err(e) => Err(e.to_string()),
+        };
+        if let (true, Ok(saved)) = (is_open, &result) {
+            self.origin = Source::File(saved.path.clone());
+        }
+        self.opener.end_saving(result.ok().filter(|_| is_open));
+        self.set_title();
+        self.state.advance(self.now());
+        self.state.saved(is_open.then_some(recorded), name);
+    }
+}

@@ -1,7 +1,7 @@
 //! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
 //!
-//! Prefetching, pictures whose tiles are written by several threads at once, and hits seen as words. All have a safe
-//! face.
+//! Prefetching, stores past the caches, the time stamp counter, pictures whose tiles are written by several threads at
+//! once, and hits seen as words. All have a safe face.
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;

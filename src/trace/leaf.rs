@@ -2,7 +2,7 @@
 //!
 //! Each vertex is transformed once. Then every lane gets its triangle's screen box, and those whose box holds a
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
-//! stay triangles), at most 2x2 blocks (pairs of block and triangle), larger (lanes become blocks).
+//! stay triangles), at most 16x16 pixels (pairs of unit and triangle), larger (lanes become blocks).
 
 use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3, rows_of_unit};
 use super::depth::{NEAR, STEEP};

@@ -5,6 +5,7 @@
 use super::coverage::{Job, SURE, Setup, corners_of};
 use super::depth::STEEP;
 use super::exact::{self, PixelRay};
+use super::raster::SPECK;
 use super::space::{HALF, ROUNDOFF, Uvw};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, VertexScratch, lanes};
@@ -103,29 +104,36 @@ fn refined_edge(p: Uvw, q: Uvw, sign: f64) -> Edge {
     // One rounding of each coefficient, four of the sum, with |x'| and |y'| below 32 and |w| up to 32.
     Edge::Crosses(k, 16.0 * ROUNDOFF * 64.0)
 }
-/// The bits of `doubts` (16 * pixel + lane) that are misses after all, cleared; all other bits set.
+
+/// Clears those bits of `hits` (see [`raster::specks`](super::raster::specks)) in the lanes `doubts` that are misses
+/// after all. `columns`, `rows`: each lane's first pixel in the tile.
 #[cold]
 #[inline(never)]
 pub fn settle<S: Lanes>(
     simd: S,
     job: &Job<'_>,
-    doubts: u64,
+    doubts: u32,
+    hits: &mut [u64],
     columns: &[i32; 16],
     rows: &[i32; 16],
     vertices: &VertexScratch,
-) -> u64 {
-    let mut keep = u64::MAX;
-    let mut left = doubts;
-    while left != 0 {
-        let p = left.trailing_zeros() as usize;
-        left &= left - 1;
-        let lane = p & 15;
-        let ray = PixelRay {
-            x: (columns[lane] + (p >> 4 & 1) as i32) as f32 - HALF,
-            y: (rows[lane] + (p >> 5) as i32) as f32 - HALF,
-        };
-        let corners = corners_of(simd, job.leaf, job.first + lane, vertices);
-        keep &= !(u64::from(!exact::hits(&corners, ray)) << p);
+) {
+    for (word, hits) in hits.iter_mut().enumerate() {
+        let all = *hits;
+        for p in (0..64).filter(|p| all >> p & 1 != 0) {
+            let (pixel, lane) = (
+                (word * 64 + p) / lanes::<S>(),
+                (word * 64 + p) % lanes::<S>(),
+            );
+            if doubts >> lane & 1 == 0 {
+                continue;
+            }
+            let ray = PixelRay {
+                x: (columns[lane] + (pixel % SPECK) as i32) as f32 - HALF,
+                y: (rows[lane] + (pixel / SPECK) as i32) as f32 - HALF,
+            };
+            let corners = corners_of(simd, job.leaf, job.first + lane, vertices);
+            *hits &= !(u64::from(!exact::hits(&corners, ray)) << p);
+        }
     }
-    keep
 }

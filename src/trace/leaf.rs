@@ -1,20 +1,20 @@
 //! The triangles of a leaf against a tile: lanes are triangles here.
 //!
 //! Each vertex is transformed once. Then every lane gets its triangle's screen box, and those whose box holds a
-//! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 2x2 pixels (lanes
+//! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 4x4 pixels (lanes
 //! stay triangles), at most 16x16 pixels (pairs of unit and triangle), larger (lanes become blocks).
 
 use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3, rows_of_unit};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
 use super::probe::{Probe, StageTicks, Stopwatch};
-use super::raster::{self, MicroLanes};
+use super::raster::{self, SPECK, SpeckLanes};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace};
-use super::tile::{BLOCKS, Tile};
+use super::tile::{BLOCKS, TABLES, Tile};
 use super::vec3s::{add, cross, size, sub};
 use crate::bvh::Leaf;
 use crate::simd::{
-    Bytes, Lanes, Select, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store,
+    Bytes, Lanes, Select, SimdBase, SimdFloat, SimdMask, VertexScratch, bits, lanes, load, store,
 };
 
 /// Pixels that a screen box reaches beyond the exact outline: more than the rounding of u/w.
@@ -70,7 +70,12 @@ pub fn trace<S: Lanes, P: Probe>(
     tile: &mut Tile,
 ) -> u64 {
     let mut watch = Stopwatch::start::<P>();
-    let chunks = transform(simd, context.space, leaf, &mut scratch.vertices);
+    let around = transform(simd, context.space, leaf, &mut scratch.vertices);
+    if around.is_hidden(simd, tile) {
+        stages.setup += watch.lap::<P>();
+        return 0;
+    }
+    let chunks = leaf.vertex_count().div_ceil(16);
     let mut dirty = 0;
     let mut first = 0;
     while first < leaf.count() {
@@ -83,14 +88,91 @@ pub fn trace<S: Lanes, P: Probe>(
     dirty
 }
 
-/// Transforms the leaf's vertices; how many times 16 there are.
+/// What surrounds all of a leaf's vertices: least and most of each lane.
+struct Around<S: Lanes> {
+    /// Smallest u/w and v/w.
+    low: [S::f32s; 2],
+    /// Largest of them.
+    high: [S::f32s; 2],
+    /// Smallest w.
+    w: S::f32s,
+    /// Largest 1/w.
+    inverse: S::f32s,
+}
+
+impl<S: Lanes> Around<S> {
+    /// True when every pixel that the leaf can cover already holds something nearer than all of it, or when there is
+    /// no such pixel.
+    #[inline(always)]
+    fn is_hidden(&self, simd: S, tile: &Tile) -> bool {
+        if !(self.w.reduce_min() > NEAR) {
+            return false;
+        }
+        let nearest = S::f32s::splat(simd, self.inverse.reduce_max());
+        let (mut low, mut high) = ([0.0; 2], [0.0; 2]);
+        for k in 0..2 {
+            low[k] = (self.low[k].reduce_min() + (HALF - BOX_MARGIN_PX))
+                .ceil()
+                .max(0.0);
+            high[k] = (self.high[k].reduce_max() + (HALF + BOX_MARGIN_PX))
+                .floor()
+                .min(TILE as f32 - 1.0);
+            if low[k] > high[k] {
+                return true;
+            }
+        }
+        region_is_hidden(simd, tile, low, high, nearest)
+    }
+}
+
+/// True when every pixel from `low` to `high` (column and row, whole numbers) holds something nearer than 1/w
+/// `nearest`.
+#[inline(always)]
+fn region_is_hidden<S: Lanes>(
+    simd: S,
+    tile: &Tile,
+    low: [f32; 2],
+    high: [f32; 2],
+    nearest: S::f32s,
+) -> bool {
+    macro_rules! pixel {
+        ($v:expr) => {
+            S::f32s::splat(simd, $v - HALF)
+        };
+    }
+    let [x0, y0] = [pixel!(low[0]), pixel!(low[1])];
+    let [x1, y1] = [pixel!(high[0]), pixel!(high[1])];
+    for by in low[1] as usize / 4..=high[1] as usize / 4 {
+        for bx in low[0] as usize / 4..=high[0] as usize / 4 {
+            let at = TABLES.block(bx, by);
+            let mut i = 0;
+            while i < 16 {
+                let open = load(simd, &tile.z, at + i).simd_le(nearest);
+                if open.any_true() {
+                    let (x, y) = (
+                        load(simd, &TABLES.x[bx % BLOCKS], i),
+                        load(simd, &TABLES.y[by % BLOCKS], i),
+                    );
+                    let inside = x.simd_ge(x0) & x.simd_le(x1) & y.simd_ge(y0) & y.simd_le(y1);
+                    if (open & inside).any_true() {
+                        return false;
+                    }
+                }
+                i += lanes::<S>();
+            }
+        }
+    }
+    true
+}
+
+/// Transforms the leaf's vertices.
 #[inline(always)]
 fn transform<S: Lanes>(
     simd: S,
     space: &TileSpace,
     leaf: Leaf<'_>,
     out: &mut VertexScratch,
-) -> usize {
+) -> Around<S> {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
@@ -103,7 +185,14 @@ fn transform<S: Lanes>(
     ];
     let one = splat!(1.0);
     let count = leaf.vertex_count();
+    let mut around = Around::<S> {
+        low: [splat!(f32::MAX); 2],
+        high: [splat!(f32::MIN); 2],
+        w: splat!(f32::MAX),
+        inverse: splat!(f32::MIN),
+    };
     let mut at = 0;
+    // Lanes beyond the last vertex hold it again.
     while at < count {
         let (chunk, lane) = (at / 16, at % 16);
         macro_rules! relative {
@@ -119,11 +208,17 @@ fn transform<S: Lanes>(
                 (splat!(r.x) * q[0] + splat!(r.y) * q[1]) + splat!(r.z) * q[2]
             }};
         }
-        let w = row!(2);
-        simd.put_vertices(out, at, [row!(0), row!(1), w, one / w]);
+        let (u, v, w) = (row!(0), row!(1), row!(2));
+        let inverse = one / w;
+        let (x, y) = (u * inverse, v * inverse);
+        around.low = [around.low[0].min(x), around.low[1].min(y)];
+        around.high = [around.high[0].max(x), around.high[1].max(y)];
+        around.w = around.w.min(w);
+        around.inverse = around.inverse.max(inverse);
+        simd.put_vertices(out, at, [u, v, w, inverse]);
         at += lanes::<S>();
     }
-    count.div_ceil(16)
+    around
 }
 
 /// Traces as many triangles of the leaf as there are lanes, from `first` on.
@@ -246,12 +341,13 @@ fn group<S: Lanes, P: Probe>(
     };
     stages.setup += watch.lap::<P>();
     let extent = [high[0] - low[0], high[1] - low[1]];
-    let one = splat!(1.0);
-    let micro = bits::<S>(extent[0].simd_le(one) & extent[1].simd_le(one)) & todo;
+    let speck = splat!(SPECK as f32 - 1.0);
+    let specks = bits::<S>(extent[0].simd_le(speck) & extent[1].simd_le(speck)) & todo;
     let mut dirty = 0;
-    if micro != 0 {
-        todo &= !micro;
-        let lanes = MicroLanes::<S> {
+    // A few of them are done faster one by one.
+    if specks.count_ones() as usize >= lanes::<S>() / 2 {
+        todo &= !specks;
+        let lanes = SpeckLanes::<S> {
             edges: k,
             depth,
             z_low,
@@ -260,7 +356,7 @@ fn group<S: Lanes, P: Probe>(
             low,
             extent,
         };
-        dirty |= raster::micro_triangles(simd, &job, &lanes, micro, &scratch.vertices, tile);
+        dirty |= raster::specks(simd, &job, &lanes, specks, &scratch.vertices, tile);
         if todo == 0 {
             return dirty;
         }

@@ -5,12 +5,12 @@ use super::coverage::{
 };
 use super::doubt;
 use super::space::HALF;
-use super::tile::{BLOCKS, TABLES, Tile, pixel_offset};
+use super::tile::{BLOCKS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
 use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
 
-/// Lanes for [`micro_triangles`].
-pub struct MicroLanes<S: Lanes> {
+/// Lanes for [`specks`].
+pub struct SpeckLanes<S: Lanes> {
     /// Edge functions, their error added.
     pub edges: [Vec3s<S>; 3],
     /// 1/w.
@@ -27,13 +27,20 @@ pub struct MicroLanes<S: Lanes> {
     pub extent: [S::f32s; 2],
 }
 
-/// Triangles whose box holds at most 2x2 pixels' centres: four evaluations, then one loop over the hits of all.
+/// A triangle whose box holds at most this many columns and rows of pixels' centres is a speck.
+pub const SPECK: usize = 4;
+
+/// Pixels of one lane's box, and of all lanes': a bit each.
+const WORDS: usize = SPECK * SPECK * 16 / 64;
+
+/// Triangles of at most [`SPECK`] pixels each way: lanes stay triangles. Their boxes are walked in step, pixel by
+/// pixel; then one loop goes over the hits of all.
 #[inline(always)]
-pub fn micro_triangles<S: Lanes>(
+pub fn specks<S: Lanes>(
     simd: S,
     job: &Job<'_>,
-    k: &MicroLanes<S>,
-    micro: u32,
+    k: &SpeckLanes<S>,
+    specks: u32,
     vertices: &VertexScratch,
     tile: &mut Tile,
 ) -> u64 {
@@ -42,42 +49,49 @@ pub fn micro_triangles<S: Lanes>(
             S::f32s::splat(simd, $x)
         };
     }
-    let one = splat!(1.0);
-    let wide = bits::<S>(k.extent[0].simd_ge(one)) & micro;
-    let tall = bits::<S>(k.extent[1].simd_ge(one)) & micro;
     let x0 = k.low[0] - splat!(HALF);
     let y0 = k.low[1] - splat!(HALF);
-    let mut z = [[0.0f32; 16]; 4];
-    // Bit 16 * pixel + lane.
-    let (mut hits, mut doubts) = (0u64, 0u64);
-    macro_rules! pixel {
-        ($p:expr, $x:expr, $y:expr, $who:expr) => {{
-            let (x, y) = ($x, $y);
-            macro_rules! at {
-                ($k:expr) => {
-                    $k[0] * x + ($k[1] * y + $k[2])
-                };
-            }
-            let inside = at!(k.edges[0]).min(at!(k.edges[1]).min(at!(k.edges[2])));
-            let maybe = bits::<S>(inside.simd_ge(0.0)) & $who;
-            let sure = bits::<S>(inside.simd_ge(k.sure));
-            store::<S>(at!(k.depth).max(k.z_low).min(k.z_high), &mut z[$p], 0);
-            hits |= u64::from(maybe) << (16 * $p);
-            doubts |= u64::from(maybe & !sure) << (16 * $p);
-        }};
+    let mut in_columns = [specks; SPECK];
+    for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
+        *lanes &= bits::<S>(k.extent[0].simd_ge(splat!(column as f32)));
     }
-    pixel!(0, x0, y0, micro);
-    if wide != 0 {
-        pixel!(1, x0 + one, y0, wide);
-    }
-    if tall != 0 {
-        pixel!(2, x0, y0 + one, tall);
-        if wide != 0 {
-            pixel!(3, x0 + one, y0 + one, wide & tall);
+    let mut z = [[0.0f32; 16]; SPECK * SPECK];
+    // Bit lanes * (SPECK * row + column) + lane.
+    let mut hits = [0u64; WORDS];
+    let mut doubts = 0;
+    for row in 0..SPECK {
+        let below = splat!(row as f32);
+        let in_row = bits::<S>(k.extent[1].simd_ge(below)) & specks;
+        if in_row == 0 {
+            break;
         }
-    }
-    if hits == 0 {
-        return 0;
+        let y = y0 + below;
+        macro_rules! start {
+            ($k:expr) => {
+                $k[1] * y + $k[2]
+            };
+        }
+        let start = [start!(k.edges[0]), start!(k.edges[1]), start!(k.edges[2])];
+        let start_z = start!(k.depth);
+        for (column, in_column) in in_columns.iter().enumerate() {
+            let who = in_column & in_row;
+            if who == 0 {
+                break;
+            }
+            let x = x0 + splat!(column as f32);
+            let inside = min3::<S>([
+                k.edges[0][0] * x + start[0],
+                k.edges[1][0] * x + start[1],
+                k.edges[2][0] * x + start[2],
+            ]);
+            let maybe = bits::<S>(inside.simd_ge(0.0)) & who;
+            doubts |= maybe & !bits::<S>(inside.simd_ge(k.sure));
+            let pixel = SPECK * row + column;
+            let depth = k.depth[0] * x + start_z;
+            store::<S>(depth.max(k.z_low).min(k.z_high), &mut z[pixel], 0);
+            let bit = pixel * lanes::<S>();
+            hits[bit / 64] |= u64::from(maybe) << (bit % 64);
+        }
     }
     let mut columns = [0i32; 16];
     let mut rows = [0i32; 16];
@@ -85,26 +99,32 @@ pub fn micro_triangles<S: Lanes>(
     c.store_slice(&mut columns[..lanes::<S>()]);
     r.store_slice(&mut rows[..lanes::<S>()]);
     if doubts != 0 {
-        hits &= doubt::settle(simd, job, doubts, &columns, &rows, vertices);
+        doubt::settle(simd, job, doubts, &mut hits, &columns, &rows, vertices);
     }
     let mut dirty = 0u64;
-    while hits != 0 {
-        let p = hits.trailing_zeros() as usize;
-        hits &= hits - 1;
-        let lane = p & 15;
-        let x = columns[lane] as usize + (p >> 4 & 1);
-        let y = rows[lane] as usize + (p >> 5);
-        let at = pixel_offset(x & 63, y & 63);
-        let id = job.id(lane);
-        let (z, old) = (z[p >> 4][lane], tile.z[at]);
-        if z == old {
-            dirty |= u64::from(tile.keep_nearer(at, z, id, job.file_ids)) << (at >> 6);
-            continue;
+    for (word, hits) in hits[..WORDS * lanes::<S>() / 16].iter().enumerate() {
+        let mut left = *hits;
+        while left != 0 {
+            let p = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let lane = p % lanes::<S>();
+            let pixel = (word * 64 + p) / lanes::<S>();
+            let x = columns[lane] as usize + pixel % SPECK;
+            let y = rows[lane] as usize + pixel / SPECK;
+            let at = TABLES.pixel(x, y);
+            let id = job.id(lane);
+            // Positive numbers: their bits are in the same order, and whole numbers are compared without a branch.
+            let (z, old) = (z[pixel][lane].to_bits(), tile.z[at].to_bits());
+            if z == old {
+                let z = f32::from_bits(z);
+                dirty |= u64::from(tile.keep_nearer(at, z, id, job.file_ids)) << (at >> 6);
+                continue;
+            }
+            let loses = u32::from(z > old).wrapping_sub(1);
+            tile.z[at] = f32::from_bits(z.max(old));
+            tile.id[at] = id ^ ((id ^ tile.id[at]) & loses);
+            dirty |= u64::from(!loses & 1) << (at >> 6);
         }
-        let wins = z > old;
-        tile.z[at] = if wins { z } else { old };
-        tile.id[at] = if wins { id } else { tile.id[at] };
-        dirty |= u64::from(wins) << (at >> 6);
     }
     dirty
 }

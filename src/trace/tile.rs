@@ -102,12 +102,29 @@ pub struct Tables {
     pub centre_y: [f32; BLOCKS * BLOCKS],
     /// [`block_offset`] of each block, row by row.
     pub offset: [u16; BLOCKS * BLOCKS],
+    /// [`pixel_offset`] is the sum of one for the column and one for the row.
+    column: [u16; TILE],
+    row: [u16; TILE],
 }
 
 /// The tables of the one tile size there is.
 pub static TABLES: Tables = Tables::new();
 
 impl Tables {
+    /// [`block_offset`], looked up; `bx` and `by` are taken modulo the number of blocks in a row.
+    #[inline(always)]
+    #[must_use]
+    pub fn block(&self, bx: usize, by: usize) -> usize {
+        usize::from(self.offset[by % BLOCKS * BLOCKS + bx % BLOCKS]) & 0xff0
+    }
+
+    /// [`pixel_offset`], looked up; `x` and `y` are taken modulo the tile's size.
+    #[inline(always)]
+    #[must_use]
+    pub fn pixel(&self, x: usize, y: usize) -> usize {
+        usize::from(self.column[x & (TILE - 1)] | self.row[y & (TILE - 1)]) & (PIXELS - 1)
+    }
+
     const fn new() -> Tables {
         let mut t = Tables {
             x: [[0.0; 16]; BLOCKS],
@@ -115,7 +132,15 @@ impl Tables {
             centre_x: [0.0; BLOCKS * BLOCKS],
             centre_y: [0.0; BLOCKS * BLOCKS],
             offset: [0; BLOCKS * BLOCKS],
+            column: [0; TILE],
+            row: [0; TILE],
         };
+        let mut i = 0;
+        while i < TILE {
+            t.column[i] = pixel_offset(i, 0) as u16;
+            t.row[i] = pixel_offset(0, i) as u16;
+            i += 1;
+        }
         let mut b = 0;
         while b < BLOCKS {
             let mut lane = 0;
@@ -150,6 +175,7 @@ mod tests {
                 assert!(!std::mem::replace(&mut seen[pixel_offset(x, y)], true));
                 let (block, lane) = (pixel_offset(x, y) / 16 * 16, pixel_offset(x, y) % 16);
                 assert_eq!(block, block_offset(x / 4, y / 4));
+                assert_eq!(TABLES.pixel(x, y), pixel_offset(x, y));
                 assert_eq!(TABLES.x[x / 4][lane], x as f32 - HALF);
                 assert_eq!(TABLES.y[y / 4][lane], y as f32 - HALF);
             }

@@ -34,8 +34,9 @@ pub fn no_window(error: &impl ToString) -> AppError {
     AppError::NoWindow { why: why.into() }
 }
 
-/// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension.
-fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
+/// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension, and about windows
+/// that are gone.
+pub fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
     let result = panic::catch_unwind(panic::AssertUnwindSafe(work));

@@ -1,21 +1,25 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
 //!
 //! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
-//! scene.
+//! scene, `keep.rs` gives a journal what it keeps.
 
 mod film;
 mod hand;
+mod keep;
 mod picks;
 mod scene;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{DMat3, DVec3};
 
 use super::action::Action;
 use super::bindings::Spot;
+use super::journal::Kept;
+use super::keymap::Keymap;
 use super::moves::{Moves, Recorded};
 use super::scrub::BarWish;
 use crate::camera::{Camera, View};
@@ -36,10 +40,6 @@ const MODES: [ViewMode; 5] = [
     ViewMode::Depth,
     ViewMode::Cost,
 ];
-
-/// Asked before recorded moves are thrown away.
-const QUIT_UNSAVED: &str = "recorded moves are not saved: q or y quits, n stays (Ctrl+S saves)";
-const LEAVE_UNSAVED: &str = "recorded moves are not saved: y drops them, n stays (Ctrl+S saves)";
 
 /// What never changes while a scene is open.
 #[derive(Clone, Debug)]
@@ -86,6 +86,10 @@ pub enum Command {
     Open(PathBuf),
     /// Fill the screen, or do not.
     Fullscreen(bool),
+    /// Go on with moves that were left over ([`State::take_back`]).
+    TakeBack(Box<Kept>),
+    /// Nobody wants them.
+    DropMoves,
     /// End the program.
     Quit,
 }
@@ -141,7 +145,7 @@ pub struct OverlayWish {
     /// The bar of frames.
     pub bar: Option<BarWish>,
     /// A line that waits for an answer.
-    pub question: Option<&'static str>,
+    pub question: Option<String>,
     /// A line of text.
     pub message: Option<String>,
 }
@@ -159,6 +163,8 @@ struct Turning {
 #[derive(Debug)]
 pub struct State {
     setting: Setting,
+    /// What messages call the keys.
+    keymap: Arc<Keymap>,
     size_px: (usize, usize),
     scale_factor: f64,
     settings: Settings,
@@ -203,6 +209,7 @@ impl State {
             playback: Playback::new(setting.timing.fps, setting.timing.last_frame(&film)),
             film,
             setting,
+            keymap: Arc::default(),
             size_px,
             scale_factor: 1.0,
             settings,
@@ -228,6 +235,11 @@ impl State {
             now: Duration::ZERO,
             commands: Vec::new(),
         }
+    }
+
+    /// Messages name the keys by these chords.
+    pub fn set_keymap(&mut self, keymap: Arc<Keymap>) {
+        self.keymap = keymap;
     }
 
     /// The picture takes another size; a size without pixels is ignored.
@@ -300,7 +312,7 @@ impl State {
             Action::Save => self.save(false),
             Action::SaveAs => self.save(true),
             Action::PrintCamera => self.print_camera(),
-            Action::Decline => {}
+            Action::Accept | Action::Decline => {}
             Action::ReturnToScene => self.return_to_scene(),
             Action::NextView => self.settings.mode = next(&MODES, self.settings.mode),
             Action::NextKernel => {
@@ -348,7 +360,7 @@ impl State {
             marks: self.marks(),
             recording: self.recording,
             bar: self.bar_wish(),
-            question: self.asking.as_ref().map(question),
+            question: self.question(),
             message: self.message.as_ref().map(|(text, _)| text.clone()),
         }
     }
@@ -491,21 +503,33 @@ impl State {
         if self.moves.is_unsaved() {
             self.let_go_of_all();
             self.playback.pause();
-            self.report(question(&command).to_owned());
-            self.asking = Some(command);
+            self.ask(command);
         } else {
             self.commands.push(command);
         }
     }
 
-    /// Takes an action as the answer to the question whether to leave. Others wait.
+    /// Asks, in the window and on the terminal, before `command` is done.
+    fn ask(&mut self, command: Command) {
+        self.asking = Some(command);
+        let question = self.question();
+        self.commands.extend(question.map(Command::Report));
+    }
+
+    /// Takes an action as the answer to the question that waits. Others wait.
     fn answer(&mut self, action: Action) {
+        let is_offer = matches!(self.asking, Some(Command::TakeBack(_)));
         match action {
-            Action::Quit
-            | Action::StartTurn {
-                axis: Axis::Y,
-                reverse: false,
-            } => self.commands.extend(self.asking.take()),
+            // Not now is neither yes nor no: it is offered again another time.
+            Action::Quit if is_offer => {
+                self.asking = None;
+                self.leave(Command::Quit);
+            }
+            Action::Decline if is_offer => {
+                self.asking = None;
+                self.commands.push(Command::DropMoves);
+            }
+            Action::Accept | Action::Quit => self.commands.extend(self.asking.take()),
             Action::Decline | Action::Back => self.asking = None,
             Action::Save | Action::SaveAs => {
                 self.asking = None;
@@ -515,16 +539,38 @@ impl State {
         }
     }
 
+    /// True while the picture fills the screen.
+    #[must_use]
+    pub fn is_fullscreen(&self) -> bool {
+        self.fullscreen
+    }
+
+    /// True while a question waits for an answer.
+    #[must_use]
+    pub fn is_asking(&self) -> bool {
+        self.asking.is_some()
+    }
+
+    /// The question that waits.
+    fn question(&self) -> Option<String> {
+        let does = match self.asking.as_ref()? {
+            Command::TakeBack(_) => {
+                let question =
+                    "moves of a session that was cut off: y takes them back, n drops them";
+                return Some(question.to_owned());
+            }
+            Command::Quit => "quits",
+            _ => "drops them",
+        };
+        let save = self.keymap.chord_of(Action::Save);
+        let save = save.map_or(String::new(), |chord| format!(", {chord} saves"));
+        Some(format!(
+            "recorded moves are not saved: y {does}, n stays{save}"
+        ))
+    }
+
     fn report(&mut self, line: String) {
         self.commands.push(Command::Report(line));
-    }
-}
-
-/// What is asked before `command`.
-fn question(command: &Command) -> &'static str {
-    match command {
-        Command::Quit => QUIT_UNSAVED,
-        _ => LEAVE_UNSAVED,
     }
 }
 

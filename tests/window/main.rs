@@ -12,6 +12,7 @@ mod opening;
 mod playing;
 mod recording;
 mod refining;
+mod remembered;
 mod sessions;
 mod shown;
 mod support;

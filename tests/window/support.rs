@@ -60,25 +60,12 @@ impl Desk {
             println!("SKIPPED, {words}");
             return None;
         }
-        let mut server = Command::new("Xvfb")
-            // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
-            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
-            .args(["-screen", "0", "1600x1200x24"])
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb starts");
-        let mut number = String::new();
-        BufReader::new(server.stdout.as_mut().expect("piped"))
-            .read_line(&mut number)
-            .expect("Xvfb tells its number");
-        assert!(!number.trim().is_empty(), "Xvfb found no display number");
+        let (server, display) = start_server(arguments);
         let folder = tempfile::tempdir().expect("a folder for the test");
         std::fs::write(folder.path().join("scene.txt"), SCENE).expect("a scene");
         Some(Desk {
             server: Mutex::new(server),
-            display: format!(":{}", number.trim()),
+            display,
             folder,
         })
     }
@@ -94,6 +81,12 @@ impl Desk {
         let _ = server.wait();
     }
 
+    /// Another server in its place.
+    pub fn restart_server(&mut self) {
+        let (server, display) = start_server(&[]);
+        (self.server, self.display) = (Mutex::new(server), display);
+    }
+
     /// The program, to be run on this display and no other.
     pub fn program(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_raybomb"));
@@ -101,7 +94,9 @@ impl Desk {
             .current_dir(self.folder.path())
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
-            .env_remove("WAYLAND_SOCKET");
+            .env_remove("WAYLAND_SOCKET")
+            .env("XDG_CONFIG_HOME", self.path("config"))
+            .env("XDG_STATE_HOME", self.path("state"));
         command
     }
 
@@ -155,6 +150,25 @@ impl Desk {
         let text = String::from_utf8_lossy(&found.stdout).into_owned();
         text.lines().next().map(str::to_owned)
     }
+}
+
+/// A server that is ready, and the name of its display.
+fn start_server(arguments: &[&str]) -> (Child, String) {
+    let mut server = Command::new("Xvfb")
+        // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
+        .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
+        .args(["-screen", "0", "1600x1200x24"])
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("Xvfb starts");
+    let mut number = String::new();
+    BufReader::new(server.stdout.as_mut().expect("piped"))
+        .read_line(&mut number)
+        .expect("Xvfb tells its number");
+    assert!(!number.trim().is_empty(), "Xvfb found no display number");
+    (server, format!(":{}", number.trim()))
 }
 
 impl Drop for Desk {
@@ -242,6 +256,19 @@ impl<'a> Viewer<'a> {
     pub fn resize(&self, width: usize, height: usize) {
         let (width, height) = (width.to_string(), height.to_string());
         self.hand(&["windowsize", "WINDOW", &width, &height]);
+    }
+
+    /// Where the window's upper left corner is.
+    pub fn place(&self) -> (i32, i32) {
+        let told = self
+            .desk
+            .xdotool(&["getwindowgeometry", "--shell", &self.window]);
+        let text = String::from_utf8_lossy(&told.stdout).into_owned();
+        let number = |name: &str| {
+            let value = text.lines().find_map(|line| line.strip_prefix(name));
+            value.and_then(|v| v.parse().ok()).expect("a number")
+        };
+        (number("X="), number("Y="))
     }
 
     /// The window's pixels.

@@ -26,7 +26,7 @@ fn setting() -> Setting {
     }
 }
 
-fn state() -> State {
+pub(super) fn state() -> State {
     State::new(setting(), Settings::default(), SIZE)
 }
 
@@ -34,7 +34,7 @@ fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-fn frame_wish(frame: u64) -> Wish {
+pub(super) fn frame_wish(frame: u64) -> Wish {
     let s = setting();
     let camera = camera_at(s.base, &s.operations, s.timing, frame, s.pivot);
     Wish {

@@ -163,11 +163,7 @@ fn quitting_asks_only_for_recorded_moves_that_no_file_has() {
         s.apply(no);
         assert_eq!(s.overlay().question, None);
     }
-    let y = Action::StartTurn {
-        axis: Axis::Y,
-        reverse: false,
-    };
-    for yes in [Action::Quit, y] {
+    for yes in [Action::Quit, Action::Accept] {
         s.apply(Action::Quit);
         s.take_commands();
         s.apply(yes);

@@ -93,6 +93,16 @@ pub fn fitted(_window: &Window, size: (u32, u32)) -> (u32, u32) {
     size
 }
 
+/// Sees to it that keys reach a new window that can be seen.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn take_keyboard(window: &Window) {
+    super::keyboard::take(window);
+}
+
+/// Sees to it that keys reach a new window that can be seen.
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub fn take_keyboard(_window: &Window) {}
+
 #[cfg(test)]
 mod tests {
     use super::*;

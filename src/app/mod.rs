@@ -16,6 +16,8 @@ pub mod folders;
 mod governor;
 mod input;
 mod journal;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod keyboard;
 mod keymap;
 mod keys;
 mod latency;

@@ -47,7 +47,7 @@ enum Message {
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
     /// The scene is saved, or not.
-    SceneSaved(scene::SaveEnding),
+    SceneSaved(Box<scene::SaveEnding>),
     /// The script has another line.
     Script(NextLine),
 }
@@ -146,6 +146,9 @@ impl Viewer {
         let mut opener = Opener::new(options.source, options.threads, move |heard| {
             let _ = to_loop.send_event(Message::Opener(heard));
         });
+        if let Some(chord) = keymap.chord_of(Action::Back) {
+            opener.set_cancel_key(chord.to_string());
+        }
         opener.begin().map_err(AppError::NoScene)?;
         Ok(Viewer {
             stage: Stage::Waiting,
@@ -201,7 +204,13 @@ impl Viewer {
         let Some(action) = action else { return };
         let concerns_window = matches!(
             action,
-            Action::Back | Action::Quit | Action::ToggleFullscreen | Action::ToggleSheet
+            Action::Back
+                | Action::Quit
+                | Action::ToggleFullscreen
+                | Action::ToggleSheet
+                | Action::ToggleStatistics
+                | Action::NextView
+                | Action::NextKernel
         );
         if !self.opener.has_scene() && !concerns_window {
             return;
@@ -242,6 +251,7 @@ impl Viewer {
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
         self.memory.sized(size.into());
+        self.session.sized(size.into());
         let fitted = match self.stage.screen() {
             Some(screen) => screen.resize(size),
             None => (size.width, size.height),
@@ -316,7 +326,12 @@ impl Viewer {
         if !self.pace.is_of_scene(&picture) {
             return self.painter.give_back(picture.frame);
         }
-        self.epoch.get_or_insert_with(Instant::now);
+        if self.epoch.is_none() {
+            self.epoch = Some(Instant::now());
+            if let Some(screen) = self.stage.screen() {
+                backend::take_keyboard(&screen.window);
+            }
+        }
         self.pace.took(&picture, self.present);
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);
@@ -503,7 +518,7 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.probed(&probe, found);
             }
             Message::Opener(heard) => self.hear(event_loop, heard),
-            Message::SceneSaved(ending) => self.scene_saved(ending),
+            Message::SceneSaved(ending) => self.scene_saved(*ending),
             Message::Script(Ok(line)) => self.session.push(line),
             Message::Script(Err(why)) => self.fail(event_loop, AppError::Broken { why }),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),

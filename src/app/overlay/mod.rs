@@ -32,6 +32,7 @@ const MIN_TEXT_PX: u32 = 9;
 pub struct Overlay {
     font: Font,
     scale_factor: f64,
+    /// Its first line is for a message.
     sheet: Vec<Line>,
 }
 
@@ -72,7 +73,9 @@ impl Overlay {
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
-            sheet: keymap.sheet().into_iter().map(line).collect(),
+            sheet: std::iter::once(Line::new("", ""))
+                .chain(keymap.sheet().into_iter().map(line))
+                .collect(),
         }
     }
 
@@ -85,7 +88,8 @@ impl Overlay {
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
         // The sheet may need all the room: where it stands there is nothing else.
         if wish.sheet {
-            let sheet = std::mem::take(&mut self.sheet);
+            let mut sheet = std::mem::take(&mut self.sheet);
+            sheet[0].text = wish.message.clone().unwrap_or_default();
             self.panel(canvas, &sheet, Place::Middle);
             self.sheet = sheet;
         } else {
@@ -109,7 +113,7 @@ impl Overlay {
         if let Some(question) = &wish.question {
             self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
-        if let Some(message) = &wish.message {
+        if let Some(message) = wish.message.as_ref().filter(|_| !wish.sheet) {
             let lines = [Line::new("", message)];
             // A window's height, and less.
             let above = bar.map_or(0, |b| b.bar.height_px as i32);
@@ -353,6 +357,33 @@ mod tests {
         let ticks = (1..width).filter(|&x| row[x] == GREY && row[x - 1] != GREY);
         assert_eq!(ticks.count(), 3);
         assert!(row[bar.x_of(0) as usize] == WHITE);
+    }
+
+    #[test]
+    fn a_message_covers_no_line_of_the_sheet() {
+        let (width, height) = (640, 480);
+        let mut overlay = overlay(1.0);
+        let mut with = |message: Option<&str>| {
+            let wish = OverlayWish {
+                sheet: true,
+                message: message.map(str::to_owned),
+                ..OverlayWish::default()
+            };
+            draw(&mut overlay, &wish, width, height)
+        };
+        let (alone, told) = (with(None), with(Some("trackball")));
+        let rows = alone.chunks(width).zip(told.chunks(width));
+        let changed: Vec<usize> = rows
+            .enumerate()
+            .filter(|(_, (a, b))| a != b)
+            .map(|(y, _)| y)
+            .collect();
+        let (_, cell_height) = overlay.font.cell();
+        let last = changed.last().expect("a message");
+        assert!(last - changed[0] < cell_height as usize, "{changed:?}");
+        let layout = Layout::of(&overlay.sheet, overlay.font.cell());
+        let top = (height as i32 - layout.height) / 2 + layout.margin;
+        assert!((*last as i32) < top + cell_height, "{changed:?}");
     }
 
     #[test]

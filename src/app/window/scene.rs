@@ -131,7 +131,7 @@ impl Viewer {
                 result,
             };
             // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(ending));
+            let _ = proxy.send_event(Message::SceneSaved(Box::new(ending)));
         }));
     }
 

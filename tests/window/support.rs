@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use crate::x11::Client;
+
 /// A pyramid and a floor behind a set camera, with three operations.
 pub const SCENE: &str = "\
 <s
@@ -39,6 +41,7 @@ pub struct Desk {
     server: Mutex<Child>,
     display: String,
     folder: TempDir,
+    manager: Mutex<Option<Child>>,
 }
 
 impl Desk {
@@ -49,15 +52,7 @@ impl Desk {
 
     /// Starts the server with further arguments; `None`, said aloud, where the tools are missing and nobody insists on them.
     pub fn with(arguments: &[&str]) -> Option<Desk> {
-        let missing: Vec<&str> = ["Xvfb", "xdotool", "xwd"]
-            .into_iter()
-            .filter(|tool| !is_installed(tool))
-            .collect();
-        if !missing.is_empty() {
-            let words = format!("not installed: {}", missing.join(", "));
-            let ci = std::env::var("CI").is_ok_and(|ci| ci == "true");
-            assert!(!ci, "{words}");
-            println!("SKIPPED, {words}");
+        if !is_there(&["Xvfb", "xdotool", "xwd"]) {
             return None;
         }
         let (server, display) = start_server(arguments);
@@ -67,6 +62,7 @@ impl Desk {
             server: Mutex::new(server),
             display,
             folder,
+            manager: Mutex::new(None),
         })
     }
 
@@ -79,6 +75,10 @@ impl Desk {
         let mut server = self.server.lock().expect("no panic");
         let _ = server.kill();
         let _ = server.wait();
+        // It ends with the server.
+        if let Some(mut manager) = self.manager.lock().expect("no panic").take() {
+            let _ = manager.wait();
+        }
     }
 
     /// Another server in its place.
@@ -129,6 +129,39 @@ impl Desk {
         self.render(&["--size", "320x240"])
     }
 
+    /// The command, on this display.
+    pub fn on_display<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+        command.env("DISPLAY", &self.display)
+    }
+
+    /// The whole screen.
+    pub fn screen(&self) -> Picture {
+        let output = self.tool("xwd", &["-silent", "-root"]);
+        assert!(output.status.success(), "{output:?}");
+        Picture::from_xwd(&output.stdout)
+    }
+
+    /// A client of the server.
+    pub fn client(&self) -> Client {
+        Client::of(&self.display)
+    }
+
+    /// Runs openbox until the server goes.
+    pub fn manage(&self) {
+        let openbox = Command::new("openbox")
+            .args(["--sm-disable", "--config-file", "/dev/null"])
+            .env("DISPLAY", &self.display)
+            .env("XDG_CACHE_HOME", self.path("cache"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("openbox starts");
+        *self.manager.lock().expect("no panic") = Some(openbox);
+        until("a window manager", || {
+            self.client().is_managed().then_some(())
+        });
+    }
+
     /// Runs xdotool.
     pub fn xdotool(&self, arguments: &[&str]) -> Output {
         self.tool("xdotool", arguments)
@@ -177,9 +210,23 @@ impl Drop for Desk {
     }
 }
 
-fn is_installed(tool: &str) -> bool {
+/// Whether all the tools are installed; said aloud where they are not, and an error where somebody insists on them.
+pub fn is_there(tools: &[&str]) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&path).any(|folder| folder.join(tool).is_file())
+    let is_installed = |tool: &str| std::env::split_paths(&path).any(|f| f.join(tool).is_file());
+    let missing: Vec<&str> = tools
+        .iter()
+        .copied()
+        .filter(|tool| !is_installed(tool))
+        .collect();
+    if missing.is_empty() {
+        return true;
+    }
+    let words = format!("not installed: {}", missing.join(", "));
+    let ci = std::env::var("CI").is_ok_and(|ci| ci == "true");
+    assert!(!ci, "{words}");
+    println!("SKIPPED, {words}");
+    false
 }
 
 /// The program with its window.
@@ -195,8 +242,28 @@ pub struct Viewer<'a> {
 }
 
 impl<'a> Viewer<'a> {
+    /// Runs the program, waits for its window and gives that the keyboard.
     pub fn start(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
+        let viewer = Viewer::open(desk, command);
+        viewer.focus();
+        viewer
+    }
+
+    /// Runs the program and waits for its window.
+    pub fn open(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
         let start = Instant::now();
+        let mut viewer = Viewer::run(desk, command);
+        viewer.window = until("a window", || {
+            let ended = viewer.child.try_wait().expect("it is ours");
+            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
+            desk.window_of(viewer.id())
+        });
+        viewer.opened_in = start.elapsed();
+        viewer
+    }
+
+    /// Runs the program.
+    pub fn run(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
         let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -206,7 +273,7 @@ impl<'a> Viewer<'a> {
         let prints = collect_lines(child.stdout.take().expect("piped"));
         let input = child.stdin.take();
         let words = collect_lines(child.stderr.take().expect("piped"));
-        let mut viewer = Viewer {
+        Viewer {
             desk,
             child,
             window: String::new(),
@@ -214,15 +281,12 @@ impl<'a> Viewer<'a> {
             prints,
             input,
             opened_in: Duration::ZERO,
-        };
-        viewer.window = until("a window", || {
-            let ended = viewer.child.try_wait().expect("it is ours");
-            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
-            desk.window_of(viewer.id())
-        });
-        viewer.opened_in = start.elapsed();
-        viewer.focus();
-        viewer
+        }
+    }
+
+    /// The window's number.
+    pub fn window(&self) -> u32 {
+        self.window.parse().expect("a number")
     }
 
     pub fn id(&self) -> u32 {
@@ -433,6 +497,20 @@ impl Picture {
             height,
             rgb: rows.flat_map(|row| &row[..width * 3]).copied().collect(),
         }
+    }
+
+    /// Where the other picture is a part of this one, to the bit.
+    pub fn place_of(&self, part: &Picture) -> Option<(usize, usize)> {
+        let row = |p: &Picture, x: usize, y: usize| {
+            let start = (y * p.width + x) * 3;
+            p.rgb[start..start + part.width * 3].to_vec()
+        };
+        let is_at =
+            |x: usize, y: usize| (0..part.height).all(|i| row(self, x, y + i) == row(part, 0, i));
+        let columns = (self.width + 1).checked_sub(part.width)?;
+        let rows = (self.height + 1).checked_sub(part.height)?;
+        let places = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        places.into_iter().find(|&(x, y)| is_at(x, y))
     }
 
     /// Whether every square of `size` pixels each way has one colour.

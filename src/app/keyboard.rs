@@ -35,13 +35,18 @@ fn take_for(window: u32) -> Option<()> {
         .ok()?
         .owner;
     let focus = connection.get_input_focus().ok()?.reply().ok()?.focus;
-    // Not a window: none, or whichever is under the mouse.
-    let is_free =
-        focus == u32::from(InputFocus::NONE) || focus == u32::from(InputFocus::POINTER_ROOT);
+    // No window of a program: none at all, whichever is under the mouse, or what remains when the last one went.
+    let root = connection.setup().roots.get(screen)?.root;
+    let is_free = [
+        InputFocus::NONE.into(),
+        InputFocus::POINTER_ROOT.into(),
+        root,
+    ]
+    .contains(&focus);
     if owner != x11rb::NONE || !is_free {
         return None;
     }
-    let asked = connection.set_input_focus(InputFocus::PARENT, window, CURRENT_TIME);
+    let asked = connection.set_input_focus(InputFocus::POINTER_ROOT, window, CURRENT_TIME);
     asked.ok()?.check().ok()?;
     connection.flush().ok()
 }

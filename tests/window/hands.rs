@@ -133,6 +133,13 @@ fn without_a_window_manager_it_takes_the_keyboard_that_no_window_has() {
     other.shows(&still, "another window");
     viewer.keys(&["i"]);
     viewer.changes_from(&still, "the first one keeps the keyboard");
+    drop((viewer, other));
+    let next = Viewer::open(&desk, &mut command);
+    next.shows(&still, "when they are gone");
+    until("a key that reaches the next window", || {
+        next.keys(&["i"]);
+        (next.rests("i") != still).then_some(())
+    });
 }
 
 #[test]

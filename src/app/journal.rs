@@ -7,10 +7,12 @@
 //!
 //! The file is locked while its window lives. So a journal that can be locked is left over, and windows on the same
 //! scene do not take each other's. Every line carries a checksum; a line that was cut off at the end does not count.
+//! A signal that ends the program leaves what was recorded, about which the window would have asked, and nothing else.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use super::loader::{Loaded, Source};
 use super::moves::{List, camera_of, camera_word};
@@ -23,6 +25,22 @@ const HEAD: &str = "raybomb moves 1";
 /// Letters of a hash that a line and a name carry.
 const CHECK: usize = 8;
 const KEY: usize = 32;
+/// The journal of a window in which nothing was recorded.
+static UNRECORDED: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// The user ends the program by a signal, and would not have been asked about moves that are not recorded.
+pub fn interrupted() {
+    if let Some(path) = replace_unrecorded(None) {
+        // What cannot be removed is offered at the next start.
+        let _ = fs::remove_file(path);
+    }
+}
+
+fn replace_unrecorded(path: Option<PathBuf>) -> Option<PathBuf> {
+    let mut unrecorded = UNRECORDED.lock().unwrap_or_else(PoisonError::into_inner);
+    std::mem::replace(&mut *unrecorded, path)
+}
+
 /// No journal of a hand is larger.
 const MAX_BYTES: u64 = 1 << 28;
 
@@ -227,6 +245,7 @@ impl Held {
 
     /// Removes the file, then the lock.
     fn remove(self) {
+        replace_unrecorded(None);
         // What cannot be removed is offered at the next start.
         let _ = fs::remove_file(&self.path);
     }
@@ -298,7 +317,9 @@ impl Journal {
         let (Some(folder), Some(ground)) = (&self.folder, &self.ground) else {
             return Ok(());
         };
-        let written = match (kept(), &mut self.held) {
+        let kept = kept();
+        let is_recorded = kept.as_ref().is_some_and(|kept| kept.list.has_recorded());
+        let written = match (kept, &mut self.held) {
             (None, held) => {
                 held.take().into_iter().for_each(Held::remove);
                 Ok(())
@@ -311,6 +332,8 @@ impl Journal {
         self.noted = Some(revision);
         if written.is_ok() {
             self.stale.take().into_iter().for_each(Held::remove);
+            let held = self.held.as_ref().filter(|_| !is_recorded);
+            replace_unrecorded(held.map(|held| held.path.clone()));
         } else {
             self.folder = None;
         }

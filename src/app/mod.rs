@@ -143,6 +143,7 @@ impl fmt::Display for AppError {
 
 impl std::error::Error for AppError {}
 
+pub use journal::interrupted;
 pub use keymap::{Keymap, Rebinding, names as names_of_keys};
 pub use loader::{LoadError, Source, read_file};
 pub use window::run;

@@ -1,12 +1,14 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
 //!
 //! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
-//! scene, `keep.rs` gives a journal what it keeps.
+//! scene, `keep.rs` gives a journal what it keeps, `question.rs` asks before
+//! moves are lost.
 
 mod film;
 mod hand;
 mod keep;
 mod picks;
+mod question;
 mod scene;
 
 use std::cell::RefCell;
@@ -498,75 +500,10 @@ impl State {
         }
     }
 
-    /// Does what takes another scene's place, or none's; asks before, where recorded moves are lost by it.
-    pub fn leave(&mut self, command: Command) {
-        if self.moves.is_unsaved() {
-            self.let_go_of_all();
-            self.playback.pause();
-            self.ask(command);
-        } else {
-            self.commands.push(command);
-        }
-    }
-
-    /// Asks, in the window and on the terminal, before `command` is done.
-    fn ask(&mut self, command: Command) {
-        self.asking = Some(command);
-        let question = self.question();
-        self.commands.extend(question.map(Command::Report));
-    }
-
-    /// Takes an action as the answer to the question that waits. Others wait.
-    fn answer(&mut self, action: Action) {
-        let is_offer = matches!(self.asking, Some(Command::TakeBack(_)));
-        match action {
-            // Not now is neither yes nor no: it is offered again another time.
-            Action::Quit if is_offer => {
-                self.asking = None;
-                self.leave(Command::Quit);
-            }
-            Action::Decline if is_offer => {
-                self.asking = None;
-                self.commands.push(Command::DropMoves);
-            }
-            Action::Accept | Action::Quit => self.commands.extend(self.asking.take()),
-            Action::Decline | Action::Back => self.asking = None,
-            Action::Save | Action::SaveAs => {
-                self.asking = None;
-                self.apply(action);
-            }
-            _ => {}
-        }
-    }
-
     /// True while the picture fills the screen.
     #[must_use]
     pub fn is_fullscreen(&self) -> bool {
         self.fullscreen
-    }
-
-    /// True while a question waits for an answer.
-    #[must_use]
-    pub fn is_asking(&self) -> bool {
-        self.asking.is_some()
-    }
-
-    /// The question that waits.
-    fn question(&self) -> Option<String> {
-        let does = match self.asking.as_ref()? {
-            Command::TakeBack(_) => {
-                let question =
-                    "moves of a session that was cut off: y takes them back, n drops them";
-                return Some(question.to_owned());
-            }
-            Command::Quit => "quits",
-            _ => "drops them",
-        };
-        let save = self.keymap.chord_of(Action::Save);
-        let save = save.map_or(String::new(), |chord| format!(", {chord} saves"));
-        Some(format!(
-            "recorded moves are not saved: y {does}, n stays{save}"
-        ))
     }
 
     fn report(&mut self, line: String) {

@@ -10,6 +10,7 @@ mod faults;
 mod hands;
 mod managed;
 mod opening;
+mod picture;
 mod playing;
 mod recording;
 mod refining;

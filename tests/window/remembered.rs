@@ -32,10 +32,15 @@ fn answer(viewer: &Viewer<'_>, index: usize, key: &str) {
     viewer.keys(&[key]);
 }
 
-fn quit(mut viewer: Viewer<'_>) {
+fn quit(viewer: Viewer<'_>) {
+    quit_with(viewer, 0);
+}
+
+/// Quits a window that has said so many lines.
+fn quit_with(mut viewer: Viewer<'_>, lines: usize) {
     viewer.keys(&["q"]);
     assert_eq!(viewer.ends().code(), Some(0), "{:?}", viewer.words());
-    assert_eq!(viewer.words(), [""; 0]);
+    assert_eq!(viewer.words().len(), lines, "{:?}", viewer.words());
 }
 
 #[test]
@@ -141,6 +146,27 @@ fn a_window_that_quits_leaves_no_moves_and_a_damaged_journal_is_told() {
     let hermetic = desk.view(&["--no-overlay", "--no-config"]);
     make_moves(&hermetic, &desk.still());
     assert_eq!(journals(), 1, "the damaged one alone");
+}
+
+#[test]
+fn a_signal_leaves_the_moves_that_are_recorded_and_no_others() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    for (keys, left) in [(&["x"][..], false), (&["r", "x"], true)] {
+        let mut viewer = desk.view(&["--no-overlay"]);
+        viewer.shows(&still, "at start");
+        viewer.keys(keys);
+        viewer.changes_from(&still, "a turn");
+        viewer.rests("a turn");
+        viewer.signal("INT");
+        assert_eq!(viewer.ends().code(), Some(130));
+        let viewer = desk.view(&["--no-overlay"]);
+        if left {
+            answer(&viewer, 0, "n");
+        }
+        viewer.shows(&still, "at the next start");
+        quit_with(viewer, usize::from(left));
+    }
 }
 
 #[test]

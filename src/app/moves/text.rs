@@ -11,6 +11,12 @@ const AXES: [(char, Axis); 3] = [('x', Axis::X), ('y', Axis::Y), ('z', Axis::Z)]
 const MAX_MICRO_RAD: i64 = 1 << 53;
 
 impl List {
+    /// True when some of it is recorded.
+    #[must_use]
+    pub fn has_recorded(&self) -> bool {
+        self.recorded != (0, None)
+    }
+
     /// What leads from `before` to this list: turns kept, turns recorded, two cameras, more turns.
     #[must_use]
     pub fn line_after(&self, before: &List) -> String {

@@ -267,7 +267,7 @@ fn in_order<'t, 'i>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::app::Keymap;
+    use crate::math::Random;
 
     fn mistakes(text: &str) -> Vec<(String, String)> {
         let mistakes = Config::of(text.as_bytes()).expect_err("mistakes");
@@ -326,6 +326,28 @@ mod tests {
             let (_, message) = mistakes(&format!("[options]\n{option}")).remove(0);
             assert_eq!(message, why);
         }
+    }
+
+    #[test]
+    fn random_text_is_told_and_never_panics() {
+        let usual = Keymap::default().listing() + "[options]\naa = 16\nfps = 1.5\n";
+        let mut random = Random::new(3);
+        let mut wrong = 0;
+        for _ in 0..60 {
+            let mut text = usual.clone().into_bytes();
+            let mut below = |most: usize| random.below(most as u32) as usize;
+            for _ in 0..=below(4) {
+                let at = below(text.len());
+                text[at] = below(256) as u8;
+            }
+            text.truncate(text.len() - below(20));
+            if let Err(mistakes) = Config::of(&text) {
+                let words = told(Path::new("a.toml"), &text, &mistakes).to_string();
+                assert!(words.contains("\na.toml:"), "{words}");
+                wrong += 1;
+            }
+        }
+        assert!(wrong > 20, "{wrong}");
     }
 
     #[test]

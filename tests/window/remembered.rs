@@ -149,6 +149,25 @@ fn a_window_that_quits_leaves_no_moves_and_a_damaged_journal_is_told() {
 }
 
 #[test]
+fn moves_are_still_offered_when_the_file_is_saved_meanwhile() {
+    let Some(desk) = Desk::new() else { return };
+    let mut viewer = desk.view(&["--no-overlay"]);
+    make_moves(&viewer, &desk.still());
+    viewer.signal("KILL");
+    viewer.ends();
+    let viewer = desk.view(&["--no-overlay"]);
+    assert!(viewer.says(0).starts_with("moves of a session"));
+    let other = SCENE.replace("255 80 0", "0 250 255");
+    std::fs::write(desk.path("scene.txt"), other).expect("written");
+    answer(&viewer, 1, "y");
+    viewer.changes_from(&desk.still(), "taken back");
+    let moved = viewer.rests("taken back");
+    viewer.keys(&["ctrl+s"]);
+    assert_eq!(viewer.says(2), "saved scene.txt");
+    assert!(desk.still() == moved, "the saved file's picture is another");
+}
+
+#[test]
 fn a_signal_leaves_the_moves_that_are_recorded_and_no_others() {
     let Some(desk) = Desk::new() else { return };
     let still = desk.still();

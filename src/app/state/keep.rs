@@ -31,6 +31,15 @@ impl State {
         self.ask(Command::TakeBack(Box::new(kept)));
     }
 
+    /// Asks no longer whether they are wanted. False when nothing of the kind was asked.
+    pub fn withdraw_offer(&mut self) -> bool {
+        let is_offer = matches!(self.asking, Some(Command::TakeBack(_)));
+        if is_offer {
+            self.asking = None;
+        }
+        is_offer
+    }
+
     /// Goes on where moves were left over: one step, which can be undone.
     pub fn take_back(&mut self, kept: Kept) {
         self.let_go_of_all();
@@ -155,5 +164,9 @@ mod tests {
         assert_eq!(answered(Action::Decline), [Command::DropMoves]);
         assert_eq!(answered(Action::Back), []);
         assert_eq!(answered(Action::Quit), [Command::Quit]);
+        let mut s = state();
+        assert!(!s.withdraw_offer());
+        s.offer(kept);
+        assert!(s.withdraw_offer() && !s.is_asking());
     }
 }

@@ -19,7 +19,9 @@ impl Viewer {
         self.offer_moves();
     }
 
-    fn offer_moves(&mut self) {
+    /// Asks about moves that were left over, if there are any.
+    pub(super) fn offer_moves(&mut self) {
+        self.journal.put_off();
         let mut words = Vec::new();
         let found = self.journal.find(|line| words.push(line.to_owned()));
         for line in words {

@@ -55,8 +55,13 @@ impl Viewer {
         };
         self.state.advance(self.now());
         if again {
+            let offering = self.state.withdraw_offer();
             self.state.reload(subject);
             self.journal.set_ground(ground);
+            if offering {
+                // They may not fit the scene any more.
+                self.offer_moves();
+            }
         } else {
             self.origin = self.opener.source().clone();
             self.opened += 1;

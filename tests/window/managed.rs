@@ -37,7 +37,7 @@ fn fullscreen_fills_the_screen_and_gives_back_size_and_place() {
 }
 
 #[test]
-fn the_place_is_kept_with_the_frame_around_the_window() {
+fn the_place_is_kept_with_the_frame_around_it_and_a_maximised_window_keeps_what_it_was() {
     let Some(desk) = managed() else { return };
     let open = || {
         let mut command = desk.program();
@@ -53,9 +53,16 @@ fn the_place_is_kept_with_the_frame_around_the_window() {
     viewer.hand(&["windowmove", "--sync", "WINDOW", "300", "200"]);
     let place = viewer.place();
     quit(viewer);
-    for _ in 0..2 {
+    for maximized in [false, true, false] {
         let viewer = open();
         until("the same place", || (viewer.place() == place).then_some(()));
+        if maximized {
+            desk.client().maximize(viewer.window());
+            until("a window as wide as the screen", || {
+                (viewer.grab().width > 1500).then_some(())
+            });
+            viewer.rests("maximised");
+        }
         quit(viewer);
     }
 }

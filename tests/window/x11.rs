@@ -71,6 +71,24 @@ impl Client {
         self.send(window, protocols, [delete, CURRENT_TIME, 0, 0, 0]);
     }
 
+    /// Asks the window manager to let a window fill the screen.
+    pub fn maximize(&self, window: u32) {
+        let [state, wide, high] = [
+            "_NET_WM_STATE",
+            "_NET_WM_STATE_MAXIMIZED_HORZ",
+            "_NET_WM_STATE_MAXIMIZED_VERT",
+        ]
+        .map(|name| self.atom(name));
+        let add = 1;
+        let message = ClientMessageEvent::new(32, window, state, [add, wide, high, 1, 0]);
+        let to_manager = EventMask::SUBSTRUCTURE_REDIRECT | EventMask::SUBSTRUCTURE_NOTIFY;
+        self.connection
+            .send_event(false, self.root, to_manager, message)
+            .expect("sent")
+            .check()
+            .expect("done");
+    }
+
     fn send(&self, window: u32, kind: u32, data: [u32; 5]) {
         let message = ClientMessageEvent::new(32, window, kind, data);
         self.connection

@@ -49,10 +49,15 @@ impl Viewer {
             return;
         }
         // Asked for only now: where no window manager is, X11 tells no moves. Wayland tells no places.
-        let screen = self.stage.screen();
-        let place = screen.map(|screen| backend::quietly(|| screen.window.outer_position()));
-        if let Some(Ok(Ok(place))) = place {
-            self.memory.moved(place.into());
+        let Some(screen) = self.stage.screen() else {
+            return;
+        };
+        let window = &screen.window;
+        match backend::quietly(|| (window.is_maximized(), window.outer_position())) {
+            // Neither is its own: what it had before is kept.
+            Ok((true, _)) => return,
+            Ok((false, Ok(place))) => self.memory.moved(place.into()),
+            Ok((false, Err(_))) | Err(_) => {}
         }
         if let Err(e) = self.memory.keep() {
             report(&format!("the window's place is not remembered: {e}"));

@@ -55,9 +55,11 @@ impl State {
     pub(super) fn question(&self) -> Option<String> {
         let does = match self.asking.as_ref()? {
             Command::TakeBack(_) => {
-                let question =
-                    "moves of a session that was cut off: y takes them back, n drops them";
-                return Some(question.to_owned());
+                let later = self.keymap.chord_of(Action::Back);
+                let later = later.map_or(String::new(), |chord| format!(", {chord}: not now"));
+                return Some(format!(
+                    "moves of a session that was cut off: y takes them back, n drops them{later}"
+                ));
             }
             Command::Quit => "quits",
             _ => "drops them",

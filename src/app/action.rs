@@ -108,6 +108,8 @@ pub enum Action {
     SaveAs,
     /// Print the camera as the text of a scene.
     PrintCamera,
+    /// Yes, to a question.
+    Accept,
     /// No, to a question.
     Decline,
     /// Back to the still picture, without what the hand did.
@@ -168,6 +170,7 @@ const WORDS: &[(&str, Action)] = &[
     ("save", Action::Save),
     ("save-as", Action::SaveAs),
     ("print-camera", Action::PrintCamera),
+    ("accept", Action::Accept),
     ("decline", Action::Decline),
     ("return", Action::ReturnToScene),
     ("next-view", Action::NextView),

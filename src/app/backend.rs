@@ -34,8 +34,9 @@ pub fn no_window(error: &impl ToString) -> AppError {
     AppError::NoWindow { why: why.into() }
 }
 
-/// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension.
-fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
+/// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension, and about windows
+/// that are gone.
+pub fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
     let result = panic::catch_unwind(panic::AssertUnwindSafe(work));
@@ -91,6 +92,16 @@ pub fn fitted(window: &Window, size: (u32, u32)) -> (u32, u32) {
 pub fn fitted(_window: &Window, size: (u32, u32)) -> (u32, u32) {
     size
 }
+
+/// Sees to it that keys reach a new window that can be seen.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn take_keyboard(window: &Window) {
+    super::keyboard::take(window);
+}
+
+/// Sees to it that keys reach a new window that can be seen.
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub fn take_keyboard(_window: &Window) {}
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,9 @@
 //! The one table that says by which key or gesture an action is done.
 //!
-//! Input looks chords up in [`BINDINGS`]; the key sheet, `--list-bindings` and a test of the README print the same
-//! table: they cannot disagree.
+//! Input looks chords up in a [`Keymap`] made of [`BINDINGS`]; the key sheet, `--list-bindings` and a test of the README
+//! print the same table: they cannot disagree.
+//!
+//! [`Keymap`]: super::keymap::Keymap
 
 use std::fmt;
 
@@ -394,42 +396,13 @@ pub const BINDINGS: &[Binding] = &[
         "cancel loading, close what is open, leave fullscreen, quit",
     ),
     letter('q', Action::Quit, "quit"),
-    letter('n', Action::Decline, "answer no (q or y: yes)"),
+    letter('n', Action::Decline, "answer no (y: yes)"),
 ];
-
-/// What a chord is bound to.
-#[must_use]
-pub fn bound_to(chord: Chord) -> Option<Effect> {
-    BINDINGS.iter().find(|b| b.chord == chord).map(|b| b.effect)
-}
-
-/// The table as lines of (chords, words).
-#[must_use]
-pub fn sheet() -> Vec<(String, &'static str)> {
-    let mut lines: Vec<(String, &'static str)> = Vec::new();
-    for binding in BINDINGS {
-        match lines.last_mut() {
-            Some((chords, says)) if *says == binding.says => {
-                *chords += &format!(" {}", binding.chord);
-            }
-            _ => lines.push((binding.chord.to_string(), binding.says)),
-        }
-    }
-    lines
-}
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashSet;
-
-    #[test]
-    fn no_two_actions_share_a_chord() {
-        let mut seen = HashSet::new();
-        for b in BINDINGS {
-            assert!(seen.insert(b.chord), "{} is bound twice", b.chord);
-        }
-    }
+    use crate::app::keymap::Keymap;
 
     #[test]
     fn every_bound_key_can_be_typed() {
@@ -445,6 +418,8 @@ mod tests {
 
     #[test]
     fn a_sign_has_used_up_shift_and_a_letter_has_not() {
+        let keymap = Keymap::default();
+        let bound_to = |chord| keymap.bound_to(chord);
         let of = |c| Chord::of_key(Key::Char(c), Modifiers::SHIFT);
         assert_eq!(bound_to(of('?')), Some(Effect::Press(Action::ToggleSheet)));
         let reverse = Effect::Hold {
@@ -453,14 +428,5 @@ mod tests {
         };
         assert_eq!(bound_to(of('y')), Some(reverse));
         assert_eq!(bound_to(of('q')), None);
-    }
-
-    #[test]
-    fn the_sheet_tells_every_chord_once() {
-        let text: String = sheet().iter().map(|(c, _)| format!(" {c} ")).collect();
-        for b in BINDINGS {
-            let chord = format!(" {} ", b.chord);
-            assert_eq!(text.matches(&chord).count(), 1, "{chord} in {text}");
-        }
     }
 }

@@ -1,9 +1,11 @@
 //! Raw input to [`Action`]s. Plain data: no window, no clock; the time of an event enters as a value.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::action::Action;
-use super::bindings::{Button, Chord, Effect, Grip, Key, Modifiers, Spot, Trigger, bound_to};
+use super::bindings::{Button, Chord, Effect, Grip, Key, Modifiers, Spot, Trigger};
+use super::keymap::Keymap;
 use crate::scene::Axis;
 
 /// Tells one physical key from another, whatever it types.
@@ -33,6 +35,7 @@ struct Press {
 /// What hands are doing: modifiers and keys that are down, and a press under way.
 #[derive(Debug, Default)]
 pub struct Input {
+    keymap: Arc<Keymap>,
     modifiers: Modifiers,
     held: Vec<(KeyId, Axis)>,
     cursor_px: Option<(f64, f64)>,
@@ -41,6 +44,15 @@ pub struct Input {
 }
 
 impl Input {
+    /// Hands at rest, on these chords.
+    #[must_use]
+    pub fn new(keymap: Arc<Keymap>) -> Input {
+        Input {
+            keymap,
+            ..Input::default()
+        }
+    }
+
     /// The modifiers changed.
     pub fn set_modifiers(&mut self, modifiers: Modifiers) {
         self.modifiers = modifiers;
@@ -51,7 +63,7 @@ impl Input {
         if repeat || self.modifiers.foreign {
             return None;
         }
-        match bound_to(Chord::of_key(key, self.modifiers))? {
+        match self.keymap.bound_to(Chord::of_key(key, self.modifiers))? {
             Effect::Press(action) => Some(action),
             Effect::Hold { axis, reverse } => {
                 // The same axis from a second key: the newer one counts.
@@ -82,7 +94,7 @@ impl Input {
             trigger: Trigger::Drag(button),
             modifiers: self.modifiers,
         };
-        let grip = match bound_to(chord) {
+        let grip = match self.keymap.bound_to(chord) {
             Some(Effect::Grip(grip)) => Some(grip),
             _ => None,
         };
@@ -111,7 +123,7 @@ impl Input {
         });
         let on = |trigger| {
             let modifiers = press.modifiers;
-            match bound_to(Chord { trigger, modifiers }) {
+            match self.keymap.bound_to(Chord { trigger, modifiers }) {
                 Some(Effect::At(Spot::Pick)) => Some(Action::Pick(press.at)),
                 Some(Effect::At(Spot::Measure)) => Some(Action::Measure(press.at)),
                 Some(Effect::At(Spot::Pivot)) => Some(Action::SetPivot(press.at)),
@@ -164,7 +176,7 @@ impl Input {
             trigger: Trigger::Wheel,
             modifiers: self.modifiers,
         };
-        let at = match bound_to(chord)? {
+        let at = match self.keymap.bound_to(chord)? {
             Effect::Grip(Grip::Dolly) => None,
             Effect::Grip(Grip::DollyAt) => self.cursor_px,
             _ => return None,
@@ -181,6 +193,7 @@ impl Input {
     /// The window lost the keyboard: releases go elsewhere from now on, so everything is let go.
     pub fn focus_lost(&mut self) -> Action {
         *self = Input {
+            keymap: Arc::clone(&self.keymap),
             cursor_px: self.cursor_px,
             ..Input::default()
         };

@@ -5,18 +5,24 @@
 //! which loads and watches files on other threads. Everything but the window itself is plain data that tests reach.
 //! The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame number: the
 //! window's pixels are the file's, to the bit. What the hand does to the camera is kept as it would be saved
-//! ([`moves`]), so that stays true of scenes saved from the window.
+//! ([`moves`]), so that stays true of scenes saved from the window; a [`journal`] keeps it from crashes.
 
 mod action;
 mod backend;
 mod bindings;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
+pub mod folders;
 mod governor;
 mod input;
+mod journal;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod keyboard;
+mod keymap;
 mod keys;
 mod latency;
 mod loader;
+mod memory;
 mod moves;
 mod opener;
 mod orbit;
@@ -74,6 +80,10 @@ pub struct AppOptions {
     pub overlay: bool,
     /// Print each pick, one JSON object a line.
     pub print_picks: bool,
+    /// Which chord does what.
+    pub keymap: Keymap,
+    /// Where to remember the window's size and place and the moves that no file has; `None`: nowhere.
+    pub memory: Option<PathBuf>,
     /// A file of actions to play; `-` is the standard input.
     pub play_actions: Option<PathBuf>,
     /// A file that takes the actions of the session.
@@ -133,6 +143,7 @@ impl fmt::Display for AppError {
 
 impl std::error::Error for AppError {}
 
-pub use bindings::sheet;
+pub use journal::interrupted;
+pub use keymap::{Keymap, Rebinding, names as names_of_keys};
 pub use loader::{LoadError, Source, read_file};
 pub use window::run;

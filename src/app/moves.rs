@@ -8,11 +8,15 @@
 //! The first turns may be *recorded*: they belong to the film, after the scene's own operations. The rest lies
 //! on top of whatever frame is shown.
 
+mod text;
+
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::camera::Camera;
 use crate::math::rotation;
 use crate::scene::{self, Axis, CameraCorners, Operation};
+
+pub use text::{camera_of, camera_word};
 
 /// A turn about a world axis through the format's pivot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +41,7 @@ impl Turn {
 
 /// Everything that undo brings back.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct List {
+pub struct List {
     turns: Vec<Turn>,
     /// Before rounding; `None`: the scene's.
     base: Option<Camera>,
@@ -169,6 +173,8 @@ pub struct Moves {
     /// Gestures that begin now are recorded.
     recording: bool,
     saved: Recorded,
+    /// Counts the changes that are done.
+    revision: u64,
 }
 
 /// The recorded part of a list, as it went to a file.
@@ -176,6 +182,8 @@ pub struct Moves {
 pub struct Recorded {
     turns: Vec<Turn>,
     base: Option<Camera>,
+    /// When it went there.
+    revision: u64,
 }
 
 impl Moves {
@@ -212,6 +220,38 @@ impl Moves {
         self.list.turns[..turns] != self.saved.turns || base != self.saved.base
     }
 
+    /// Another number after each step, one that is undone or done again too.
+    #[must_use]
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// True when nothing was done since the last save, or ever.
+    #[must_use]
+    pub fn is_as_saved(&self) -> bool {
+        self.revision == self.saved.revision
+    }
+
+    /// True when nothing is left of what the hand did.
+    #[must_use]
+    pub fn is_untouched(&self) -> bool {
+        self.list == List::default()
+    }
+
+    /// Everything that the hand did, as it stands.
+    #[must_use]
+    pub fn list(&self) -> &List {
+        &self.list
+    }
+
+    /// The hand did this, in one step.
+    pub fn take_over(&mut self, list: List) {
+        self.end();
+        self.gesture();
+        self.list = list;
+        self.end();
+    }
+
     /// What is recorded.
     #[must_use]
     pub fn recorded_part(&self) -> Recorded {
@@ -219,6 +259,7 @@ impl Moves {
         Recorded {
             turns: self.list.turns[..turns].to_vec(),
             base,
+            revision: self.revision,
         }
     }
 
@@ -332,6 +373,7 @@ impl Moves {
         {
             self.past.push(step);
             self.future.clear();
+            self.revision += 1;
         }
     }
 
@@ -362,6 +404,7 @@ impl Moves {
         self.list.turns.extend(&ending.tail);
         self.list.base = ending.base;
         self.list.recorded = ending.recorded;
+        self.revision += 1;
     }
 
     /// The gesture under way; a new one when there is none.

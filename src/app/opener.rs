@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
-use super::save::Saved;
+use super::save::{Saved, Stamp};
 use super::watch::Watch;
 
 /// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
@@ -65,6 +65,11 @@ pub struct Opener {
     reload_at: Option<Instant>,
     /// What we wrote to the file ourselves: the scene shown, with its moves.
     written: Option<Arc<Vec<u8>>>,
+    /// The file as it was before the scene shown was read from it, and the same of the load under way.
+    stamp: Option<Stamp>,
+    next_stamp: Option<Stamp>,
+    /// What cancels a load.
+    cancel_key: String,
     /// We may be writing to the file: so many threads are.
     writers: usize,
     watch: Option<Watch>,
@@ -88,6 +93,9 @@ impl Opener {
             error: None,
             reload_at: None,
             written: None,
+            stamp: None,
+            next_stamp: None,
+            cancel_key: "Esc".to_owned(),
             writers: 0,
             watch: None,
             tell: Arc::new(tell),
@@ -152,14 +160,26 @@ impl Opener {
     /// another text in it is.
     pub fn end_saving(&mut self, saved: Option<Saved>) {
         self.writers -= 1;
-        let Some(Saved { path, text }) = saved.filter(|_| self.is_shown) else {
+        let Some(Saved { path, text, from }) = saved.filter(|_| self.is_shown) else {
             return;
         };
-        self.written = Some(Arc::new(text));
+        if from == self.stamp {
+            self.written = Some(Arc::new(text));
+        } else {
+            // Another program changed the text just before: it is not what is shown.
+            self.written = None;
+            self.reload_at = Some(Instant::now());
+        }
         if !matches!(&self.source, Source::File(same) if *same == path) {
             self.source = Source::File(path);
             self.watch();
         }
+        self.stamp = Stamp::of(&self.source);
+    }
+
+    /// The keys that cancel a load are called so.
+    pub fn set_cancel_key(&mut self, name: String) {
+        self.cancel_key = name;
     }
 
     /// Loads the scene that it was made with.
@@ -172,6 +192,7 @@ impl Opener {
 
     fn load(&mut self) -> Result<(), LoadError> {
         self.reload_at = None;
+        self.next_stamp = Stamp::of(&self.source);
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
@@ -211,6 +232,7 @@ impl Opener {
             Heard::Load(_, Told::Known) => {
                 self.loading = None;
                 self.error = None;
+                self.stamp = self.next_stamp;
                 None
             }
             Heard::Load(_, Told::Done(done)) => {
@@ -225,6 +247,7 @@ impl Opener {
             Ok(loaded) => {
                 self.error = None;
                 self.written = None;
+                self.stamp = self.next_stamp;
                 self.has_any = true;
                 let again = std::mem::replace(&mut self.is_shown, true);
                 Outcome::Show { loaded, again }
@@ -272,7 +295,7 @@ impl Opener {
         Some(vec![
             Line::new("loading", self.name()),
             Line::new("", format!("{stage}, {seconds:.1} s")),
-            Line::new("Esc", esc),
+            Line::new(&*self.cancel_key, esc),
         ])
     }
 
@@ -390,6 +413,7 @@ mod tests {
         opener.end_saving(Some(Saved {
             path: path.clone(),
             text: text.clone(),
+            from: Stamp::of(&Source::File(file)),
         }));
         assert_eq!(opener.name(), path.display().to_string());
         // Known again after a text that is no scene.
@@ -406,6 +430,28 @@ mod tests {
             }
         }
         std::fs::write(&path, GOOD).expect("written");
+        let again = outcome(&mut opener, &heard);
+        assert!(
+            matches!(again, Outcome::Show { again: true, .. }),
+            "{again:?}"
+        );
+    }
+
+    #[test]
+    fn what_another_program_changed_just_before_a_save_is_loaded() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        std::fs::write(&file, GOOD).expect("written");
+        let (mut opener, heard) = opener(&file);
+        outcome(&mut opener, &heard);
+        opener.begin_saving();
+        let theirs = format!("{GOOD} # theirs");
+        std::fs::write(&file, &theirs).expect("written");
+        let from = Stamp::of(opener.source());
+        let text = (theirs + " with moves").into_bytes();
+        std::fs::write(&file, &text).expect("written");
+        let path = file.clone();
+        opener.end_saving(Some(Saved { path, text, from }));
         let again = outcome(&mut opener, &heard);
         assert!(
             matches!(again, Outcome::Show { again: true, .. }),

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::loader::Source;
 use super::state::Document;
@@ -16,6 +17,30 @@ pub struct Saved {
     pub path: PathBuf,
     /// All of it.
     pub text: Vec<u8>,
+    /// The text that the moves were put into.
+    pub from: Option<Stamp>,
+}
+
+/// Tells a file that was changed from what it was, without reading it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    bytes: u64,
+    modified: Option<SystemTime>,
+}
+
+impl Stamp {
+    /// The file as it is now; `None` where there is none.
+    #[must_use]
+    pub fn of(source: &Source) -> Option<Stamp> {
+        let Source::File(path) = source else {
+            return None;
+        };
+        let now = fs::metadata(path).ok()?;
+        Some(Stamp {
+            bytes: now.len(),
+            modified: now.modified().ok(),
+        })
+    }
 }
 
 /// Writes `document` to the scene's own file, or where there is none or a new name is wanted, to
@@ -33,12 +58,13 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
             text
         }
     };
+    let from = Stamp::of(source);
     let text = scene::with_moves(&text, document.camera, &document.operations)?;
     let (folder, stem) = match source {
         Source::File(path) if !document.new_name => {
             write_whole(path, |out| out.write_all(&text))?;
             let path = path.clone();
-            return Ok(Saved { path, text });
+            return Ok(Saved { path, text, from });
         }
         Source::File(path) => (
             path.parent()
@@ -58,7 +84,7 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     })?;
     let here = folder == Path::new(".");
     let path = if here { name.into() } else { folder.join(name) };
-    Ok(Saved { path, text })
+    Ok(Saved { path, text, from })
 }
 
 #[cfg(test)]

@@ -23,7 +23,9 @@ pub struct Session {
     recorder: Option<Recorder>,
     settles: u64,
     /// The window's size that the script asked for last.
-    size_px: Option<(usize, usize)>,
+    wanted_px: Option<(u32, u32)>,
+    /// The window's size.
+    size_px: (u32, u32),
 }
 
 impl Session {
@@ -83,16 +85,20 @@ impl Session {
     pub fn next(&mut self, real: Duration, settled: bool) -> Option<Line> {
         let line = self.player.as_mut()?.next(real, settled)?;
         if let Line::Resize(width, height) = line {
-            // A window's size fits in memory.
-            self.size_px = Some((width as usize, height as usize));
+            self.wanted_px = Some((width, height));
         }
         Some(line)
     }
 
+    /// The window has that size. Its picture may be smaller, where the window system takes no larger one.
+    pub fn sized(&mut self, size_px: (u32, u32)) {
+        self.size_px = size_px;
+    }
+
     /// True unless the script waits for a size of the window.
     #[must_use]
-    pub fn has_size(&self, size_px: (usize, usize)) -> bool {
-        self.size_px.is_none_or(|wanted| wanted == size_px)
+    pub fn has_size(&self) -> bool {
+        self.wanted_px.is_none_or(|wanted| wanted == self.size_px)
     }
 
     /// When, on the clock, the script goes on by itself.

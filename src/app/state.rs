@@ -1,21 +1,27 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
 //!
 //! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
-//! scene.
+//! scene, `keep.rs` gives a journal what it keeps, `question.rs` asks before
+//! moves are lost.
 
 mod film;
 mod hand;
+mod keep;
 mod picks;
+mod question;
 mod scene;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{DMat3, DVec3};
 
 use super::action::Action;
 use super::bindings::Spot;
+use super::journal::Kept;
+use super::keymap::Keymap;
 use super::moves::{Moves, Recorded};
 use super::scrub::BarWish;
 use crate::camera::{Camera, View};
@@ -36,10 +42,6 @@ const MODES: [ViewMode; 5] = [
     ViewMode::Depth,
     ViewMode::Cost,
 ];
-
-/// Asked before recorded moves are thrown away.
-const QUIT_UNSAVED: &str = "recorded moves are not saved: q or y quits, n stays (Ctrl+S saves)";
-const LEAVE_UNSAVED: &str = "recorded moves are not saved: y drops them, n stays (Ctrl+S saves)";
 
 /// What never changes while a scene is open.
 #[derive(Clone, Debug)]
@@ -86,6 +88,10 @@ pub enum Command {
     Open(PathBuf),
     /// Fill the screen, or do not.
     Fullscreen(bool),
+    /// Go on with moves that were left over ([`State::take_back`]).
+    TakeBack(Box<Kept>),
+    /// Nobody wants them.
+    DropMoves,
     /// End the program.
     Quit,
 }
@@ -141,7 +147,7 @@ pub struct OverlayWish {
     /// The bar of frames.
     pub bar: Option<BarWish>,
     /// A line that waits for an answer.
-    pub question: Option<&'static str>,
+    pub question: Option<String>,
     /// A line of text.
     pub message: Option<String>,
 }
@@ -159,6 +165,8 @@ struct Turning {
 #[derive(Debug)]
 pub struct State {
     setting: Setting,
+    /// What messages call the keys.
+    keymap: Arc<Keymap>,
     size_px: (usize, usize),
     scale_factor: f64,
     settings: Settings,
@@ -203,6 +211,7 @@ impl State {
             playback: Playback::new(setting.timing.fps, setting.timing.last_frame(&film)),
             film,
             setting,
+            keymap: Arc::default(),
             size_px,
             scale_factor: 1.0,
             settings,
@@ -228,6 +237,11 @@ impl State {
             now: Duration::ZERO,
             commands: Vec::new(),
         }
+    }
+
+    /// Messages name the keys by these chords.
+    pub fn set_keymap(&mut self, keymap: Arc<Keymap>) {
+        self.keymap = keymap;
     }
 
     /// The picture takes another size; a size without pixels is ignored.
@@ -300,7 +314,7 @@ impl State {
             Action::Save => self.save(false),
             Action::SaveAs => self.save(true),
             Action::PrintCamera => self.print_camera(),
-            Action::Decline => {}
+            Action::Accept | Action::Decline => {}
             Action::ReturnToScene => self.return_to_scene(),
             Action::NextView => self.settings.mode = next(&MODES, self.settings.mode),
             Action::NextKernel => {
@@ -348,7 +362,7 @@ impl State {
             marks: self.marks(),
             recording: self.recording,
             bar: self.bar_wish(),
-            question: self.asking.as_ref().map(question),
+            question: self.question(),
             message: self.message.as_ref().map(|(text, _)| text.clone()),
         }
     }
@@ -486,45 +500,14 @@ impl State {
         }
     }
 
-    /// Does what takes another scene's place, or none's; asks before, where recorded moves are lost by it.
-    pub fn leave(&mut self, command: Command) {
-        if self.moves.is_unsaved() {
-            self.let_go_of_all();
-            self.playback.pause();
-            self.report(question(&command).to_owned());
-            self.asking = Some(command);
-        } else {
-            self.commands.push(command);
-        }
-    }
-
-    /// Takes an action as the answer to the question whether to leave. Others wait.
-    fn answer(&mut self, action: Action) {
-        match action {
-            Action::Quit
-            | Action::StartTurn {
-                axis: Axis::Y,
-                reverse: false,
-            } => self.commands.extend(self.asking.take()),
-            Action::Decline | Action::Back => self.asking = None,
-            Action::Save | Action::SaveAs => {
-                self.asking = None;
-                self.apply(action);
-            }
-            _ => {}
-        }
+    /// True while the picture fills the screen.
+    #[must_use]
+    pub fn is_fullscreen(&self) -> bool {
+        self.fullscreen
     }
 
     fn report(&mut self, line: String) {
         self.commands.push(Command::Report(line));
-    }
-}
-
-/// What is asked before `command`.
-fn question(command: &Command) -> &'static str {
-    match command {
-        Command::Quit => QUIT_UNSAVED,
-        _ => LEAVE_UNSAVED,
     }
 }
 

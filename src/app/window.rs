@@ -4,23 +4,27 @@
 //! that the state wants goes to the [`Painter`] when the [`Pace`] says so, and the loop sleeps until something happens
 //! or is due.
 
+mod memory;
 mod scene;
 mod session;
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
-use winit::dpi::PhysicalSize;
+use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, KeyEvent, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::action::Action;
 use super::input::Input;
+use super::journal::Journal;
 use super::loader::{LoadError, Source};
+use super::memory::Memory;
 use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
 use super::pace::{Moment, Pace};
@@ -29,7 +33,7 @@ use super::screen::{Screen, Stage};
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, screenshot, script};
+use super::{AppError, AppOptions, backend, keymap, keys, screenshot, script};
 use crate::camera::Pivot;
 use crate::render::Renderer;
 
@@ -43,7 +47,7 @@ enum Message {
     /// A screenshot is saved, or not.
     Saved(io::Result<String>),
     /// The scene is saved, or not.
-    SceneSaved(scene::SaveEnding),
+    SceneSaved(Box<scene::SaveEnding>),
     /// The script has another line.
     Script(NextLine),
 }
@@ -90,6 +94,10 @@ struct Viewer {
     pending: usize,
     /// The left button holds the bar of frames.
     scrubbing: bool,
+    /// Moves that no file has.
+    journal: Journal,
+    /// The window's size and place.
+    memory: Memory,
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
@@ -110,12 +118,18 @@ struct Viewer {
 }
 
 impl Viewer {
-    fn new(options: AppOptions, proxy: EventLoopProxy<Message>) -> Result<Viewer, AppError> {
+    fn new(mut options: AppOptions, proxy: EventLoopProxy<Message>) -> Result<Viewer, AppError> {
         let threads_failed = |why: String| AppError::Broken { why };
         let renderer = Renderer::new(options.threads)
             .map_err(|e| threads_failed(format!("the system gives no threads: {e}")))?;
         let threads = renderer.threads();
-        let state = options.initial_state();
+        let memory = Memory::of(options.memory.clone());
+        // A window's size fits in memory.
+        let size = memory.size().map(|(w, h)| (w as usize, h as usize));
+        options.size = options.size.or(size);
+        let mut state = options.initial_state();
+        let keymap = Arc::new(options.keymap);
+        state.set_keymap(Arc::clone(&keymap));
         // Sending fails when the loop has ended: nobody waits any more.
         let to_loop = proxy.clone();
         let play = options.play_actions.as_deref();
@@ -132,14 +146,17 @@ impl Viewer {
         let mut opener = Opener::new(options.source, options.threads, move |heard| {
             let _ = to_loop.send_event(Message::Opener(heard));
         });
+        if let Some(chord) = keymap.chord_of(Action::Back) {
+            opener.set_cancel_key(chord.to_string());
+        }
         opener.begin().map_err(AppError::NoScene)?;
         Ok(Viewer {
             stage: Stage::Waiting,
             opener,
-            input: Input::default(),
+            input: Input::new(Arc::clone(&keymap)),
             state,
             pace: Pace::new(options.target_fps, options.samples),
-            overlay: Overlay::new(1.0),
+            overlay: Overlay::new(1.0, &keymap),
             statistics: Statistics::new(threads, 0),
             threads,
             pivot: options.pivot,
@@ -151,6 +168,8 @@ impl Viewer {
             opened: 0,
             pending: 0,
             scrubbing: false,
+            journal: Journal::new(options.memory.map(|folder| folder.join("moves"))),
+            memory,
             proxy,
             picture: None,
             is_new: false,
@@ -185,7 +204,13 @@ impl Viewer {
         let Some(action) = action else { return };
         let concerns_window = matches!(
             action,
-            Action::Back | Action::Quit | Action::ToggleFullscreen | Action::ToggleSheet
+            Action::Back
+                | Action::Quit
+                | Action::ToggleFullscreen
+                | Action::ToggleSheet
+                | Action::ToggleStatistics
+                | Action::NextView
+                | Action::NextKernel
         );
         if !self.opener.has_scene() && !concerns_window {
             return;
@@ -212,9 +237,10 @@ impl Viewer {
         let action = match event.state {
             // A key that was down before the window had the keyboard is not meant for it.
             ElementState::Pressed if is_synthetic => None,
-            ElementState::Pressed => {
-                keys::key_of(event).and_then(|key| self.input.key_down(id, key, event.repeat))
-            }
+            ElementState::Pressed => keys::key_of(event).and_then(|key| {
+                let answer = keymap::answer(key).filter(|_| self.state.is_asking());
+                answer.or_else(|| self.input.key_down(id, key, event.repeat))
+            }),
             ElementState::Released => self.input.key_up(id),
         };
         self.act(action);
@@ -224,11 +250,12 @@ impl Viewer {
     }
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
+        self.memory.sized(size.into());
+        self.session.sized(size.into());
         let fitted = match self.stage.screen() {
             Some(screen) => screen.resize(size),
             None => (size.width, size.height),
         };
-        // A window's size fits in memory.
         // A window's size fits in memory.
         let (width, height) = (fitted.0 as usize, fitted.1 as usize);
         if self.state.size_px() != (width, height) {
@@ -299,7 +326,12 @@ impl Viewer {
         if !self.pace.is_of_scene(&picture) {
             return self.painter.give_back(picture.frame);
         }
-        self.epoch.get_or_insert_with(Instant::now);
+        if self.epoch.is_none() {
+            self.epoch = Some(Instant::now());
+            if let Some(screen) = self.stage.screen() {
+                backend::take_keyboard(&screen.window);
+            }
+        }
         self.pace.took(&picture, self.present);
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);
@@ -323,7 +355,13 @@ impl Viewer {
                 }
                 Command::Save(document) => self.save_scene(document),
                 Command::Screenshot => self.save_picture(),
-                Command::Quit => event_loop.exit(),
+                Command::TakeBack(kept) => self.take_back(*kept),
+                Command::DropMoves => self.drop_moves(),
+                Command::Quit => {
+                    self.journal.forget();
+                    self.keep_placement();
+                    event_loop.exit();
+                }
                 Command::Browse { forward } => self.browse(event_loop, forward),
                 Command::Open(path) => self.open_source(event_loop, Source::File(path)),
                 Command::Fullscreen(on) => {
@@ -440,11 +478,17 @@ fn report(line: &str) {
 impl ApplicationHandler<Message> for Viewer {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         let (width, height) = self.state.size_px();
-        let attributes = backend::named(
-            Window::default_attributes()
-                .with_title(title(&self.opener))
-                .with_inner_size(physical(width, height)),
-        );
+        let size = physical(width, height);
+        self.memory.gives(size.into());
+        let mut attributes = Window::default_attributes()
+            .with_title(title(&self.opener))
+            .with_inner_size(size);
+        let screens = event_loop.available_monitors();
+        let screens = screens.map(|m| (m.position().into(), m.size().into()));
+        if let Some((x, y)) = self.memory.place(screens) {
+            attributes = attributes.with_position(PhysicalPosition::new(x, y));
+        }
+        let attributes = backend::named(attributes);
         match Screen::open(event_loop, attributes) {
             Ok(screen) => {
                 let size = screen.window.inner_size();
@@ -474,7 +518,7 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.probed(&probe, found);
             }
             Message::Opener(heard) => self.hear(event_loop, heard),
-            Message::SceneSaved(ending) => self.scene_saved(ending),
+            Message::SceneSaved(ending) => self.scene_saved(*ending),
             Message::Script(Ok(line)) => self.session.push(line),
             Message::Script(Err(why)) => self.fail(event_loop, AppError::Broken { why }),
             Message::Saved(Ok(name)) => self.tell(&format!("saved {name}")),
@@ -540,6 +584,7 @@ impl ApplicationHandler<Message> for Viewer {
                 LoadError::words(&e, false)
             ));
         }
+        self.note_moves();
         self.note_settled();
         let due = self.order();
         self.refresh_overlay();

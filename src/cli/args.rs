@@ -1,8 +1,10 @@
 //! The command line as scripts rely on it: commands, options and their defaults.
 
+use std::error::Error as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use clap::error::ContextKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use super::exit::help_table;
@@ -72,7 +74,7 @@ pub struct WindowOptions {
     /// Print what a click hits: one JSON object a line
     #[arg(long)]
     pub print_picks: bool,
-    /// Print every key and gesture of the window, and end
+    /// Print every key and gesture of the window, as the [keys] of a settings file, and end
     #[arg(long)]
     pub list_bindings: bool,
     /// Play a session: a line for each action, - for the standard input
@@ -81,6 +83,14 @@ pub struct WindowOptions {
     /// Write the session to a file that can be played again
     #[arg(long, value_name = "FILE")]
     pub record_actions: Option<PathBuf>,
+    /// Settings instead of $XDG_CONFIG_HOME/raybomb/config.toml: [keys] as --list-bindings prints them, and [options]
+    ///
+    /// [options] holds values for options like aa = 16; the command line wins. A mistake in the file is an error with its place. $XDG_CONFIG_HOME is ~/.config, or %APPDATA% on Windows, unless it is set.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_config")]
+    pub config: Option<PathBuf>,
+    /// Read no settings; leave no trace: neither the window's size and place nor a journal of unsaved moves
+    #[arg(long)]
+    pub no_config: bool,
     /// Pictures a second that the window keeps while something moves, with larger pixels where it must
     #[arg(long, value_name = "N", value_parser = values::timing, default_value = "60", allow_hyphen_values = true)]
     pub target_fps: f64,
@@ -301,16 +311,58 @@ impl TimeOptions {
     }
 }
 
-/// Parses the program's arguments.
+impl Cli {
+    /// The options of the window, when it is a window that is asked for.
+    #[must_use]
+    pub fn window(&self) -> Option<&WindowOptions> {
+        match &self.command {
+            None => Some(&self.window),
+            Some(Command::View(args)) => Some(&args.window),
+            Some(Command::Demo(args)) if args.name.is_some() && args.write.is_none() => {
+                Some(&args.window)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// An option's long name, and the value that it has unless the command line says otherwise.
+pub type Default = (&'static str, String);
+
+/// Parses the program's arguments; options of windows have these `defaults`.
 ///
 /// # Errors
 /// What clap has to say: a mistake, or the text of `--help` and `--version`.
-pub fn parse() -> Result<Cli, clap::Error> {
+pub fn parse(defaults: &[Default]) -> Result<Cli, clap::Error> {
     let table = help_table();
-    let command = Cli::command()
+    let mut command = Cli::command()
         .after_help(table.clone())
         .mut_subcommands(|c| c.after_help(table.clone()));
+    for default in defaults {
+        let set = |c: clap::Command| with_default(c, default);
+        command = set(command)
+            .mut_subcommand("view", set)
+            .mut_subcommand("demo", set);
+    }
     Cli::from_arg_matches(&command.try_get_matches()?)
+}
+
+fn with_default(command: clap::Command, (name, value): &Default) -> clap::Command {
+    command.mut_arg(name.replace('-', "_"), |arg| arg.default_value(value))
+}
+
+/// Why `value` is none for the option with that long name, in words; `None` when it is one.
+#[must_use]
+pub fn wrong_value(name: &str, value: &str) -> Option<String> {
+    let option = format!("--{name}={value}");
+    let error = Cli::try_parse_from(["raybomb", &option]).err()?;
+    let listed = error.get(ContextKind::ValidValue).map(ToString::to_string);
+    let told = error.source().map(ToString::to_string);
+    Some(match (told, listed) {
+        (Some(why), _) => why,
+        (None, Some(values)) => format!("must be one of {values}"),
+        (None, None) => "is no value of that option".to_owned(),
+    })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::args::DemoArgs;
+use super::config::Config;
 use super::console::print;
 use super::exit::{Failure, Outcome};
 use super::shot::write_file;
@@ -15,14 +16,14 @@ use crate::scene;
 ///
 /// # Errors
 /// Usage: no such demo; and those of the file or the window.
-pub fn run(args: &DemoArgs, progress: &Progress) -> Outcome {
+pub fn run(args: &DemoArgs, config: &Config, progress: &Progress) -> Outcome {
     let Some(name) = &args.name else {
         return list();
     };
     let demo = find(name)?;
     match &args.write {
         Some(path) => save(demo, path, progress),
-        None => view::open_demo(demo, &args.window),
+        None => view::open_demo(demo, &args.window, config),
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::console::leave_bar;
 use super::exit::{Code, Failure, Outcome};
+use crate::app::interrupted;
 use crate::export::when_no_file_is_open;
 use crate::render::Progress;
 
@@ -17,6 +18,7 @@ pub fn watch(progress: &Arc<Progress>) -> Outcome {
     let stop = move || {
         progress.cancel();
         leave_bar();
+        interrupted();
         // Reading, parsing and building know nothing of cancelling: the program ends here, in the handler's
         // thread, and does not wait for them.
         when_no_file_is_open(|| std::process::exit(Code::Interrupted as i32))

@@ -1,64 +1,52 @@
 //! `raybomb view`: a scene in a window.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::args::WindowOptions;
+use super::config::Config;
 use super::console::{color, print};
 use super::exit::{Failure, Outcome};
 use super::load;
-use crate::app::{self, AppError, AppOptions, LoadError, Source};
+use crate::app::{self, AppError, AppOptions, LoadError, Source, folders};
 use crate::demo::{self, Demo};
 
 /// Opens the scene file `path` (the standard input for `-`), or without one the first of the built-in demos.
 ///
 /// # Errors
 /// Those of the scene, and no window to be had.
-pub fn run(path: Option<&Path>, window: &WindowOptions) -> Outcome {
+pub fn run(path: Option<&Path>, window: &WindowOptions, config: &Config) -> Outcome {
     if window.list_bindings {
-        return list_bindings();
+        return print(config.keymap.listing().trim_end());
     }
     match (path, demo::all().first()) {
-        (Some(path), _) => open_file(path, window),
-        (None, Some(demo)) => open_demo(demo, window),
+        (Some(path), _) => open_file(path, window, config),
+        (None, Some(demo)) => open_demo(demo, window, config),
         (None, None) => Err(Failure::Failed("there are no built-in demos".to_owned())),
     }
 }
 
-fn open_file(path: &Path, window: &WindowOptions) -> Outcome {
+fn open_file(path: &Path, window: &WindowOptions, config: &Config) -> Outcome {
     if !load::is_stdin(path) {
-        return open(Source::File(path.to_owned()), window);
+        return open(Source::File(path.to_owned()), window, config);
     }
     let load::Source { name, text } = load::Source::read(path)?;
     let text = Arc::new(text);
-    open(Source::Text { name, text }, window)
+    open(Source::Text { name, text }, window, config)
 }
 
 /// Opens a built-in demo.
 ///
 /// # Errors
 /// No window to be had.
-pub fn open_demo(demo: &'static Demo, window: &WindowOptions) -> Outcome {
+pub fn open_demo(demo: &'static Demo, window: &WindowOptions, config: &Config) -> Outcome {
     if window.list_bindings {
-        return list_bindings();
+        return print(config.keymap.listing().trim_end());
     }
-    open(Source::Demo(demo), window)
+    open(Source::Demo(demo), window, config)
 }
 
-/// Prints the table of keys: chords, two blanks or more, words.
-fn list_bindings() -> Outcome {
-    let sheet = app::sheet();
-    let width = sheet.iter().map(|(chords, _)| chords.len()).max();
-    for (chords, says) in &sheet {
-        print(format_args!(
-            "{chords:width$}  {says}",
-            width = width.unwrap_or(0)
-        ))?;
-    }
-    Ok(())
-}
-
-fn open(source: Source, window: &WindowOptions) -> Outcome {
+fn open(source: Source, window: &WindowOptions, config: &Config) -> Outcome {
     let picture = &window.picture;
     let options = AppOptions {
         source: source.clone(),
@@ -73,6 +61,8 @@ fn open(source: Source, window: &WindowOptions) -> Outcome {
         play: window.play,
         overlay: !window.no_overlay,
         print_picks: window.print_picks,
+        memory: memory(window),
+        keymap: config.keymap.clone(),
         play_actions: window.play_actions.clone(),
         record_actions: window.record_actions.clone(),
     };
@@ -85,6 +75,13 @@ fn open(source: Source, window: &WindowOptions) -> Outcome {
         AppError::NoScene(bad) => no_scene(&bad),
         AppError::Broken { .. } => Failure::Failed(e.to_string()),
     })
+}
+
+/// The folder to remember things in. Sessions that are played, or will be, begin alike everywhere.
+fn memory(window: &WindowOptions) -> Option<PathBuf> {
+    let is_session = window.play_actions.is_some() || window.record_actions.is_some();
+    let leaves_traces = !window.no_config && !is_session;
+    leaves_traces.then(|| folders::state_folder(|name| std::env::var_os(name)))?
 }
 
 fn no_scene(error: &LoadError) -> Failure {

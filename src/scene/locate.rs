@@ -19,6 +19,14 @@ pub struct Location {
     pub span: Range<usize>,
 }
 
+impl Location {
+    /// The place of the bytes `span` of `text`. O(bytes before it).
+    #[must_use]
+    pub fn of(text: &[u8], span: Range<usize>) -> Location {
+        Locator::new(text).locate(span)
+    }
+}
+
 /// Where the triangles with the given ids stand in a text that [`parse`] accepts: from the first to the last of
 /// their twelve words. `ids` must ascend; reading stops at the first that is not there. One pass over the
 /// text.

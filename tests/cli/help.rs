@@ -18,7 +18,7 @@ const PICTURE: [&str; 9] = [
     "--pivot",
 ];
 const TIME: [&str; 4] = ["--fps", "--seconds-per-op", "--ease", "--steps"];
-const WINDOW: [&str; 7] = [
+const WINDOW: [&str; 9] = [
     "--play",
     "--no-overlay",
     "--target-fps",
@@ -26,6 +26,8 @@ const WINDOW: [&str; 7] = [
     "--list-bindings",
     "--play-actions",
     "--record-actions",
+    "--config",
+    "--no-config",
 ];
 
 fn help(args: &[&str]) -> String {
@@ -144,12 +146,27 @@ fn the_readme_names_every_command_and_option() {
 #[test]
 fn the_readme_has_the_table_of_keys_that_the_program_prints() {
     let run = Folder::new().run(&["--list-bindings"]).ok();
-    let row = |line: &str| {
-        let (chords, says) = line.split_once("  ").expect("two columns");
-        let chords: Vec<String> = chords.split(' ').map(|c| format!("`{c}`")).collect();
-        format!("| {} | {} |", chords.join(" "), says.trim_start())
-    };
-    let rows: Vec<String> = run.stdout.lines().map(row).collect();
+    let mut rows: Vec<(String, &str)> = Vec::new();
+    for line in run
+        .stdout
+        .lines()
+        .skip_while(|line| *line != "[keys]")
+        .skip(1)
+    {
+        let (entry, says) = line.split_once("  # ").expect("words");
+        let (_, value) = entry.split_once(" = ").expect("a name and chords");
+        let chords = value.trim().trim_matches(['[', ']']).split(", ");
+        let chords: Vec<&str> = chords.map(|c| &c[1..c.len() - 1]).collect();
+        let chords = format!("`{}`", chords.join("` `"));
+        match rows.last_mut() {
+            Some((row, same)) if *same == says => *row += &format!(" {chords}"),
+            _ => rows.push((chords, says)),
+        }
+    }
+    let rows: Vec<String> = rows
+        .iter()
+        .map(|(chords, says)| format!("| {chords} | {says} |"))
+        .collect();
     assert!(rows.len() > 20, "{rows:?}");
     let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md"))
         .expect("there is a README.md");

@@ -1,6 +1,7 @@
 //! The command line, by the real program: what scripts rely on.
 
 mod commands;
+mod config;
 mod exit_codes;
 mod files;
 mod help;

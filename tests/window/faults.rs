@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::Desk;
+use crate::support::{Desk, SCENE};
 
 /// A screen on which the largest window has room.
 const HUGE: &[&str] = &["-screen", "0", "4096x2160x24"];
@@ -20,25 +20,95 @@ fn sizes_from_one_pixel_to_4096_by_2160_are_shown_to_the_bit() {
 }
 
 #[test]
-fn a_thousand_random_sizes_end_on_the_last_one() {
+fn ten_thousand_random_sizes_end_on_the_last_one() {
     let Some(desk) = Desk::new() else { return };
     let viewer = desk.view(&["--play"]);
-    let mut random: u32 = 7;
-    let mut side = |most: u32| {
-        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (1 + (random >> 8) % most).to_string()
-    };
-    for _ in 0..10 {
-        let sizes: Vec<[String; 2]> = (0..100).map(|_| [side(1500), side(1100)]).collect();
-        let command =
-            |[w, h]: &'_ [String; 2]| ["windowsize".into(), "WINDOW".into(), w.clone(), h.clone()];
-        let commands: Vec<String> = sizes.iter().flat_map(command).collect();
-        let words: Vec<&str> = commands.iter().map(String::as_str).collect();
-        viewer.hand(&words);
+    let client = desk.client();
+    let mut random = raybomb::math::Random::new(7);
+    let mut side = |most: u32| 1 + random.below(most);
+    for _ in 0..20 {
+        let sizes: Vec<(u32, u32)> = (0..500).map(|_| (side(1500), side(1100))).collect();
+        client.resize(viewer.window(), sizes);
+        // Between the storms some pictures are shown.
+        std::thread::sleep(Duration::from_millis(50));
     }
     viewer.resize(320, 240);
     viewer.keys(&["Return"]);
     viewer.shows(&desk.still(), "after all of them");
+}
+
+#[test]
+fn a_window_taken_from_the_screen_rests_and_comes_back_right() {
+    let Some(desk) = Desk::new() else { return };
+    let viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    viewer.keys(&["space", "v"]);
+    let client = desk.client();
+    client.show(viewer.window(), false);
+    assert_eq!(viewer.says(0), "playback ended at frame 48");
+    client.show(viewer.window(), true);
+    let id = desk.render(&["--size", "320x240", "--view", "id"]);
+    viewer.shows(&id, "back on the screen");
+}
+
+#[test]
+fn another_scale_factor_enlarges_the_window_and_what_is_drawn_over_it() {
+    let Some(desk) = Desk::new() else { return };
+    let client = desk.client();
+    let settings = client.begin_settings();
+    let viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    // The letters that are kept are those of the scale factor before.
+    viewer.keys(&["h"]);
+    viewer.changes_from(&desk.still(), "the sheet");
+    viewer.keys(&["h"]);
+    let large = desk.render(&["--size", "640x480"]);
+    for (dpi, expected) in [(192, &large), (96, &desk.still()), (192, &large)] {
+        settings.set_dpi(dpi);
+        viewer.shows(expected, &format!("{dpi} dots an inch"));
+    }
+    viewer.keys(&["t"]);
+    let told = viewer.changes_from(&large, "a message");
+    let rows = told.rgb.chunks(640 * 3).zip(large.rgb.chunks(640 * 3));
+    let covered = rows.filter(|(a, b)| a != b).count();
+    assert!(covered > 40, "letters twice as high: {covered} rows");
+}
+
+#[test]
+fn a_file_that_is_dropped_is_opened() {
+    let Some(desk) = Desk::new() else { return };
+    let other = SCENE.replace("255 80 0", "0 250 255");
+    std::fs::write(desk.path("other.txt"), other).expect("written");
+    let viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    let client = desk.client();
+    client.drop_file(viewer.window(), &desk.path("other.txt"));
+    let expected = desk.render_file("other.txt", &["--size", "320x240"]);
+    viewer.shows(&expected, "the file that was dropped");
+    std::fs::write(desk.path("bad.txt"), "<d 0").expect("written");
+    client.drop_file(viewer.window(), &desk.path("bad.txt"));
+    assert!(
+        viewer.says(0).contains("bad.txt:1:5: expected"),
+        "{:?}",
+        viewer.words()
+    );
+    viewer.keys(&["Escape"]);
+}
+
+#[test]
+fn a_screen_without_24_bits_a_pixel_is_told() {
+    for screen in ["1600x1200x30", "1600x1200x16", "1600x1200x8"] {
+        let Some(desk) = Desk::with(&["-screen", "0", screen]) else {
+            return;
+        };
+        let run = desk.program().args(["view", "scene.txt"]).output();
+        let run = run.expect("the program runs");
+        let words = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(1), "{screen}: {words}");
+        let clear = "error: the window takes no picture: Visual ";
+        assert!(words.starts_with(clear), "{screen}: {words}");
+        assert_eq!(words.lines().count(), 1, "{screen}: {words}");
+    }
 }
 
 #[test]
@@ -62,6 +132,12 @@ fn without_shared_memory_a_small_window_shows_its_picture_and_a_huge_one_a_small
     viewer.resize(320, 240);
     viewer.shows(&desk.still(), "small again");
     assert_eq!(viewer.words().len(), 1, "{:?}", viewer.words());
+    // A script that asks for too much goes on with what there is.
+    let mut scripted = desk.view(&["--no-overlay", "--play-actions", "-"]);
+    scripted.tell("resize 4096 2160\nsettle");
+    let told: serde_json::Value = serde_json::from_str(&scripted.prints(0)).expect("JSON");
+    assert_eq!(told["size"][0], expected.width);
+    scripted.shows_in_corner(&expected, "by a script");
 }
 
 #[test]

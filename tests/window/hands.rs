@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::Desk;
+use crate::support::{Desk, SCENE, Viewer, until};
 
 #[test]
 fn axis_keys_turn_the_picture_and_enter_restores_it() {
@@ -113,4 +113,47 @@ fn quitting_in_the_middle_of_playing_and_turning_is_clean() {
     viewer.hand(&["keydown", "x"]);
     viewer.keys(&["i", "q"]);
     assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn without_a_window_manager_it_takes_the_keyboard_that_no_window_has() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    let mut command = desk.program();
+    command.args(["view", "scene.txt", "--size", "320x240"]);
+    let viewer = Viewer::open(&desk, &mut command);
+    viewer.shows(&still, "at start");
+    until("a key that reaches the window", || {
+        viewer.keys(&["i"]);
+        (viewer.rests("i") != still).then_some(())
+    });
+    viewer.keys(&["i"]);
+    viewer.shows(&still, "i again");
+    let other = Viewer::open(&desk, &mut command);
+    other.shows(&still, "another window");
+    viewer.keys(&["i"]);
+    viewer.changes_from(&still, "the first one keeps the keyboard");
+    drop((viewer, other));
+    let next = Viewer::open(&desk, &mut command);
+    next.shows(&still, "when they are gone");
+    until("a key that reaches the next window", || {
+        next.keys(&["i"]);
+        (next.rests("i") != still).then_some(())
+    });
+}
+
+#[test]
+fn keys_that_come_before_the_scene_count() {
+    let Some(desk) = Desk::new() else { return };
+    let pipe = desk.path("slow.txt");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo").success());
+    let mut command = desk.program();
+    command.args(["view", "slow.txt", "--size", "320x240"]);
+    let viewer = Viewer::start(&desk, &mut command);
+    viewer.keys(&["v"]);
+    std::thread::sleep(Duration::from_millis(300));
+    std::fs::write(&pipe, SCENE).expect("written");
+    let id = desk.render(&["--size", "320x240", "--view", "id"]);
+    viewer.shows(&id, "the view that was asked for");
 }

@@ -1,17 +1,22 @@
-//! The window, by the real program on a real X server (Xvfb) with real keys (xdotool), no window manager.
-//! What the window shows is compared to the bit with what `raybomb render` writes.
+//! The window, by the real program on a real X server (Xvfb) with real keys (xdotool), mostly without a window manager,
+//! and on a Wayland compositor (weston). What the window shows is compared to the bit with what `raybomb render` writes.
 //!
-//! Needs Xvfb, xdotool and xwd (Debian: `xvfb xdotool x11-apps`). Where they are missing the tests say that they
-//! are skipped; with `CI=true` they fail.
+//! Needs Xvfb, xdotool, xwd, openbox and weston (Debian: `xvfb xdotool x11-apps openbox weston`). Where they are missing
+//! the tests say that they are skipped; with `CI=true` they fail.
 #![cfg(target_os = "linux")]
 
 mod display;
 mod faults;
 mod hands;
+mod managed;
 mod opening;
+mod picture;
 mod playing;
 mod recording;
 mod refining;
+mod remembered;
 mod sessions;
 mod shown;
 mod support;
+mod wayland;
+mod x11;

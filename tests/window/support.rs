@@ -8,6 +8,9 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+pub use crate::picture::Picture;
+use crate::x11::Client;
+
 /// A pyramid and a floor behind a set camera, with three operations.
 pub const SCENE: &str = "\
 <s
@@ -39,6 +42,7 @@ pub struct Desk {
     server: Mutex<Child>,
     display: String,
     folder: TempDir,
+    manager: Mutex<Option<Child>>,
 }
 
 impl Desk {
@@ -49,37 +53,17 @@ impl Desk {
 
     /// Starts the server with further arguments; `None`, said aloud, where the tools are missing and nobody insists on them.
     pub fn with(arguments: &[&str]) -> Option<Desk> {
-        let missing: Vec<&str> = ["Xvfb", "xdotool", "xwd"]
-            .into_iter()
-            .filter(|tool| !is_installed(tool))
-            .collect();
-        if !missing.is_empty() {
-            let words = format!("not installed: {}", missing.join(", "));
-            let ci = std::env::var("CI").is_ok_and(|ci| ci == "true");
-            assert!(!ci, "{words}");
-            println!("SKIPPED, {words}");
+        if !is_there(&["Xvfb", "xdotool", "xwd"]) {
             return None;
         }
-        let mut server = Command::new("Xvfb")
-            // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
-            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
-            .args(["-screen", "0", "1600x1200x24"])
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb starts");
-        let mut number = String::new();
-        BufReader::new(server.stdout.as_mut().expect("piped"))
-            .read_line(&mut number)
-            .expect("Xvfb tells its number");
-        assert!(!number.trim().is_empty(), "Xvfb found no display number");
+        let (server, display) = start_server(arguments);
         let folder = tempfile::tempdir().expect("a folder for the test");
         std::fs::write(folder.path().join("scene.txt"), SCENE).expect("a scene");
         Some(Desk {
             server: Mutex::new(server),
-            display: format!(":{}", number.trim()),
+            display,
             folder,
+            manager: Mutex::new(None),
         })
     }
 
@@ -92,6 +76,16 @@ impl Desk {
         let mut server = self.server.lock().expect("no panic");
         let _ = server.kill();
         let _ = server.wait();
+        // It ends with the server.
+        if let Some(mut manager) = self.manager.lock().expect("no panic").take() {
+            let _ = manager.wait();
+        }
+    }
+
+    /// Another server in its place.
+    pub fn restart_server(&mut self) {
+        let (server, display) = start_server(&[]);
+        (self.server, self.display) = (Mutex::new(server), display);
     }
 
     /// The program, to be run on this display and no other.
@@ -101,7 +95,9 @@ impl Desk {
             .current_dir(self.folder.path())
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
-            .env_remove("WAYLAND_SOCKET");
+            .env_remove("WAYLAND_SOCKET")
+            .env("XDG_CONFIG_HOME", self.path("config"))
+            .env("XDG_STATE_HOME", self.path("state"));
         command
     }
 
@@ -134,6 +130,39 @@ impl Desk {
         self.render(&["--size", "320x240"])
     }
 
+    /// The command, on this display.
+    pub fn on_display<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+        command.env("DISPLAY", &self.display)
+    }
+
+    /// The whole screen.
+    pub fn screen(&self) -> Picture {
+        let output = self.tool("xwd", &["-silent", "-root"]);
+        assert!(output.status.success(), "{output:?}");
+        Picture::from_xwd(&output.stdout)
+    }
+
+    /// A client of the server.
+    pub fn client(&self) -> Client {
+        Client::of(&self.display)
+    }
+
+    /// Runs openbox until the server goes.
+    pub fn manage(&self) {
+        let openbox = Command::new("openbox")
+            .args(["--sm-disable", "--config-file", "/dev/null"])
+            .env("DISPLAY", &self.display)
+            .env("XDG_CACHE_HOME", self.path("cache"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("openbox starts");
+        *self.manager.lock().expect("no panic") = Some(openbox);
+        until("a window manager", || {
+            self.client().is_managed().then_some(())
+        });
+    }
+
     /// Runs xdotool.
     pub fn xdotool(&self, arguments: &[&str]) -> Output {
         self.tool("xdotool", arguments)
@@ -157,15 +186,48 @@ impl Desk {
     }
 }
 
+/// A server that is ready, and the name of its display.
+fn start_server(arguments: &[&str]) -> (Child, String) {
+    let mut server = Command::new("Xvfb")
+        // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
+        .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
+        .args(["-screen", "0", "1600x1200x24"])
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("Xvfb starts");
+    let mut number = String::new();
+    BufReader::new(server.stdout.as_mut().expect("piped"))
+        .read_line(&mut number)
+        .expect("Xvfb tells its number");
+    assert!(!number.trim().is_empty(), "Xvfb found no display number");
+    (server, format!(":{}", number.trim()))
+}
+
 impl Drop for Desk {
     fn drop(&mut self) {
         self.kill_server();
     }
 }
 
-fn is_installed(tool: &str) -> bool {
+/// Whether all the tools are installed; said aloud where they are not, and an error where somebody insists on them.
+pub fn is_there(tools: &[&str]) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&path).any(|folder| folder.join(tool).is_file())
+    let is_installed = |tool: &str| std::env::split_paths(&path).any(|f| f.join(tool).is_file());
+    let missing: Vec<&str> = tools
+        .iter()
+        .copied()
+        .filter(|tool| !is_installed(tool))
+        .collect();
+    if missing.is_empty() {
+        return true;
+    }
+    let words = format!("not installed: {}", missing.join(", "));
+    let ci = std::env::var("CI").is_ok_and(|ci| ci == "true");
+    assert!(!ci, "{words}");
+    println!("SKIPPED, {words}");
+    false
 }
 
 /// The program with its window.
@@ -181,8 +243,28 @@ pub struct Viewer<'a> {
 }
 
 impl<'a> Viewer<'a> {
+    /// Runs the program, waits for its window and gives that the keyboard.
     pub fn start(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
+        let viewer = Viewer::open(desk, command);
+        viewer.focus();
+        viewer
+    }
+
+    /// Runs the program and waits for its window.
+    pub fn open(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
         let start = Instant::now();
+        let mut viewer = Viewer::run(desk, command);
+        viewer.window = until("a window", || {
+            let ended = viewer.child.try_wait().expect("it is ours");
+            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
+            desk.window_of(viewer.id())
+        });
+        viewer.opened_in = start.elapsed();
+        viewer
+    }
+
+    /// Runs the program.
+    pub fn run(desk: &'a Desk, command: &mut Command) -> Viewer<'a> {
         let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -192,7 +274,7 @@ impl<'a> Viewer<'a> {
         let prints = collect_lines(child.stdout.take().expect("piped"));
         let input = child.stdin.take();
         let words = collect_lines(child.stderr.take().expect("piped"));
-        let mut viewer = Viewer {
+        Viewer {
             desk,
             child,
             window: String::new(),
@@ -200,15 +282,12 @@ impl<'a> Viewer<'a> {
             prints,
             input,
             opened_in: Duration::ZERO,
-        };
-        viewer.window = until("a window", || {
-            let ended = viewer.child.try_wait().expect("it is ours");
-            assert!(ended.is_none(), "{ended:?}: {:?}", viewer.words());
-            desk.window_of(viewer.id())
-        });
-        viewer.opened_in = start.elapsed();
-        viewer.focus();
-        viewer
+        }
+    }
+
+    /// The window's number.
+    pub fn window(&self) -> u32 {
+        self.window.parse().expect("a number")
     }
 
     pub fn id(&self) -> u32 {
@@ -242,6 +321,19 @@ impl<'a> Viewer<'a> {
     pub fn resize(&self, width: usize, height: usize) {
         let (width, height) = (width.to_string(), height.to_string());
         self.hand(&["windowsize", "WINDOW", &width, &height]);
+    }
+
+    /// Where the window's upper left corner is.
+    pub fn place(&self) -> (i32, i32) {
+        let told = self
+            .desk
+            .xdotool(&["getwindowgeometry", "--shell", &self.window]);
+        let text = String::from_utf8_lossy(&told.stdout).into_owned();
+        let number = |name: &str| {
+            let value = text.lines().find_map(|line| line.strip_prefix(name));
+            value.and_then(|v| v.parse().ok()).expect("a number")
+        };
+        (number("X="), number("Y="))
     }
 
     /// The window's pixels.
@@ -373,101 +465,4 @@ fn collect_lines(stream: impl Read + Send + 'static) -> Arc<Mutex<Vec<String>>> 
         }
     });
     lines
-}
-
-/// Pixels as R, G, B, from top to bottom.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Picture {
-    pub width: usize,
-    pub height: usize,
-    pub rgb: Vec<u8>,
-}
-
-impl Picture {
-    /// What two pictures differ in.
-    fn difference(&self, other: &Picture) -> String {
-        if (self.width, self.height) != (other.width, other.height) {
-            return format!(
-                "{}x{} instead of {}x{}",
-                self.width, self.height, other.width, other.height
-            );
-        }
-        let pixels = self.rgb.chunks(3).zip(other.rgb.chunks(3));
-        let count = pixels.filter(|(a, b)| a != b).count();
-        format!("{count} of {} pixels differ", self.width * self.height)
-    }
-
-    /// The upper left part.
-    fn corner(&self, width: usize, height: usize) -> Picture {
-        let (width, height) = (width.min(self.width), height.min(self.height));
-        let rows = self.rgb.chunks_exact(self.width * 3).take(height);
-        Picture {
-            width,
-            height,
-            rgb: rows.flat_map(|row| &row[..width * 3]).copied().collect(),
-        }
-    }
-
-    /// Whether every square of `size` pixels each way has one colour.
-    pub fn is_made_of_squares(&self, size: usize) -> bool {
-        let rows: Vec<&[u8]> = self.rgb.chunks_exact(self.width * 3).collect();
-        rows.chunks(size).all(|band| {
-            let one_color = |run: &[u8]| run.chunks(3).all(|p| *p == run[..3]);
-            band.iter().all(|row| *row == band[0]) && band[0].chunks(size * 3).all(one_color)
-        })
-    }
-
-    /// Reads a BMP file of ours.
-    fn from_bmp(file: &[u8]) -> Picture {
-        let int = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("4 bytes"));
-        let (width, height) = (int(18) as usize, int(22) as usize);
-        let rows = file[54..].chunks_exact((width * 3).next_multiple_of(4));
-        let rgb = rows
-            .rev()
-            .flat_map(|row| row[..width * 3].chunks_exact(3))
-            .flat_map(|c| [c[2], c[1], c[0]])
-            .collect();
-        Picture { width, height, rgb }
-    }
-
-    /// Reads a PNG file of ours.
-    pub fn from_png(file: &[u8]) -> Picture {
-        let mut reader = png::Decoder::new(std::io::Cursor::new(file))
-            .read_info()
-            .expect("a PNG file");
-        let mut rgb = vec![0; reader.output_buffer_size().expect("a size")];
-        let info = reader.next_frame(&mut rgb).expect("a whole picture");
-        Picture {
-            width: info.width as usize,
-            height: info.height as usize,
-            rgb,
-        }
-    }
-
-    /// Reads what xwd writes of a window with 32 bits a pixel.
-    fn from_xwd(file: &[u8]) -> Picture {
-        let int = |i: usize| {
-            let bytes = file[i * 4..i * 4 + 4].try_into().expect("4 bytes");
-            u32::from_be_bytes(bytes)
-        };
-        let size = |i: usize| int(i) as usize;
-        let (width, height, row_bytes) = (size(4), size(5), size(12));
-        assert_eq!(int(11), 32, "bits a pixel");
-        assert_eq!([int(14), int(15), int(16)], [0xff_0000, 0xff00, 0xff]);
-        let big_endian = int(7) == 1;
-        let pixels = &file[size(0) + size(19) * 12..];
-        let rgb = pixels
-            .chunks_exact(row_bytes)
-            .take(height)
-            .flat_map(|row| row[..width * 4].chunks_exact(4))
-            .flat_map(|p| {
-                if big_endian {
-                    [p[1], p[2], p[3]]
-                } else {
-                    [p[2], p[1], p[0]]
-                }
-            })
-            .collect();
-        Picture { width, height, rgb }
-    }
 }

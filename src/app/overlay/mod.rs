@@ -11,7 +11,7 @@ pub use canvas::Canvas;
 use canvas::Rect;
 use font::Font;
 
-use super::bindings;
+use super::keymap::Keymap;
 use super::scrub::BarWish;
 use super::state::OverlayWish;
 
@@ -32,6 +32,7 @@ const MIN_TEXT_PX: u32 = 9;
 pub struct Overlay {
     font: Font,
     scale_factor: f64,
+    /// Its first line is for a message.
     sheet: Vec<Line>,
 }
 
@@ -65,14 +66,16 @@ enum Place {
 }
 
 impl Overlay {
-    /// For a screen with that many physical pixels a logical one.
+    /// For a screen with that many physical pixels a logical one, and the sheet of these keys.
     #[must_use]
-    pub fn new(scale_factor: f64) -> Overlay {
+    pub fn new(scale_factor: f64, keymap: &Keymap) -> Overlay {
         let line = |(chords, says): (String, &'static str)| Line::new(chords, says);
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
-            sheet: bindings::sheet().into_iter().map(line).collect(),
+            sheet: std::iter::once(Line::new("", ""))
+                .chain(keymap.sheet().into_iter().map(line))
+                .collect(),
         }
     }
 
@@ -85,7 +88,8 @@ impl Overlay {
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
         // The sheet may need all the room: where it stands there is nothing else.
         if wish.sheet {
-            let sheet = std::mem::take(&mut self.sheet);
+            let mut sheet = std::mem::take(&mut self.sheet);
+            sheet[0].text = wish.message.clone().unwrap_or_default();
             self.panel(canvas, &sheet, Place::Middle);
             self.sheet = sheet;
         } else {
@@ -106,10 +110,10 @@ impl Overlay {
         if let Some(bar) = bar {
             draw_bar(canvas, bar);
         }
-        if let Some(question) = wish.question {
+        if let Some(question) = &wish.question {
             self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
-        if let Some(message) = &wish.message {
+        if let Some(message) = wish.message.as_ref().filter(|_| !wish.sheet) {
             let lines = [Line::new("", message)];
             // A window's height, and less.
             let above = bar.map_or(0, |b| b.bar.height_px as i32);
@@ -284,6 +288,10 @@ mod tests {
     use super::*;
     use crate::app::scrub::Bar;
 
+    fn overlay(scale_factor: f64) -> Overlay {
+        Overlay::new(scale_factor, &Keymap::default())
+    }
+
     fn everything() -> OverlayWish {
         OverlayWish {
             statistics: true,
@@ -297,7 +305,7 @@ mod tests {
                 frames_per_op: 16,
                 section: Some((3, 30)),
             }),
-            question: Some("really?"),
+            question: Some("really?".into()),
             message: Some("saved raybomb-0001.png".into()),
         }
     }
@@ -315,14 +323,14 @@ mod tests {
 
     #[test]
     fn nothing_asked_for_changes_no_pixel() {
-        let pixels = draw(&mut Overlay::new(1.0), &OverlayWish::default(), 320, 200);
+        let pixels = draw(&mut overlay(1.0), &OverlayWish::default(), 320, 200);
         assert!(pixels.iter().all(|&p| p == 0xff_ffff));
     }
 
     #[test]
     fn every_size_and_scale_factor_is_survived() {
         for scale_factor in [0.5, 1.0, 1.25, 3.0] {
-            let mut overlay = Overlay::new(scale_factor);
+            let mut overlay = overlay(scale_factor);
             for (width, height) in [(1, 1), (1, 500), (500, 1), (70, 40), (1200, 800)] {
                 let pixels = draw(&mut overlay, &everything(), width, height);
                 assert!(pixels.iter().any(|&p| p != 0xff_ffff));
@@ -343,7 +351,7 @@ mod tests {
             }),
             ..OverlayWish::default()
         };
-        let pixels = draw(&mut Overlay::new(1.0), &wish, width, height);
+        let pixels = draw(&mut overlay(1.0), &wish, width, height);
         // Above the line, where ticks reach and the handle at frame 0 too.
         let row = &pixels[(bar.top_px + 9) * width..][..width];
         let ticks = (1..width).filter(|&x| row[x] == GREY && row[x - 1] != GREY);
@@ -352,8 +360,35 @@ mod tests {
     }
 
     #[test]
+    fn a_message_covers_no_line_of_the_sheet() {
+        let (width, height) = (640, 480);
+        let mut overlay = overlay(1.0);
+        let mut with = |message: Option<&str>| {
+            let wish = OverlayWish {
+                sheet: true,
+                message: message.map(str::to_owned),
+                ..OverlayWish::default()
+            };
+            draw(&mut overlay, &wish, width, height)
+        };
+        let (alone, told) = (with(None), with(Some("trackball")));
+        let rows = alone.chunks(width).zip(told.chunks(width));
+        let changed: Vec<usize> = rows
+            .enumerate()
+            .filter(|(_, (a, b))| a != b)
+            .map(|(y, _)| y)
+            .collect();
+        let (_, cell_height) = overlay.font.cell();
+        let last = changed.last().expect("a message");
+        assert!(last - changed[0] < cell_height as usize, "{changed:?}");
+        let layout = Layout::of(&overlay.sheet, overlay.font.cell());
+        let top = (height as i32 - layout.height) / 2 + layout.margin;
+        assert!((*last as i32) < top + cell_height, "{changed:?}");
+    }
+
+    #[test]
     fn the_whole_sheet_fits_in_the_default_window() {
-        let mut overlay = Overlay::new(1.0);
+        let mut overlay = overlay(1.0);
         let mut pixels = vec![0; 640 * 480];
         let canvas = Canvas {
             pixels: &mut pixels,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 
 use super::{State, Turning};
-use crate::app::action::Side;
+use crate::app::action::{Action, Side};
 use crate::app::orbit::{self, OrbitStyle};
 use crate::scene::Axis;
 
@@ -158,7 +158,11 @@ impl State {
             return;
         }
         if self.moves.recorded().len() > 0 {
-            self.say("back to the scene: Ctrl+Z brings the recorded moves back".to_owned());
+            let undo = self.keymap.chord_of(Action::Undo);
+            let undo = undo.map_or("undo".to_owned(), |chord| chord.to_string());
+            self.say(format!(
+                "back to the scene: {undo} brings the recorded moves back"
+            ));
         }
         self.playback.stop();
         self.moves.drop_all();

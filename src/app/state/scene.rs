@@ -213,10 +213,7 @@ mod tests {
         s.leave(Command::Open("b.txt".into()));
         assert!(s.overlay().question.is_some());
         s.take_commands();
-        s.apply(Action::StartTurn {
-            axis: Axis::Y,
-            reverse: false,
-        });
+        s.apply(Action::Accept);
         assert_eq!(s.take_commands(), [Command::Open("b.txt".into())]);
         assert_eq!(s.overlay().question, None);
     }

@@ -8,8 +8,8 @@ use winit::event_loop::ActiveEventLoop;
 
 use super::{Message, Viewer, physical, report, title};
 use crate::app::AppError;
+use crate::app::journal::Ground;
 use crate::app::loader::{Loaded, Source};
-use crate::app::moves::Recorded;
 use crate::app::opener::{Heard, Outcome};
 use crate::app::save::{Saved, save};
 use crate::app::state::{Command, Document, Subject};
@@ -21,8 +21,8 @@ use crate::camera::Camera;
 pub(super) struct SaveEnding {
     /// The number of the scene.
     opened: u64,
-    /// Of its operations, what the hand recorded.
-    recorded: Recorded,
+    /// What was to be written.
+    document: Document,
     result: io::Result<Saved>,
 }
 
@@ -39,6 +39,7 @@ impl Viewer {
 
     /// Shows another scene, or the same one saved `again`.
     pub(super) fn open(&mut self, loaded: Loaded, again: bool) {
+        let ground = Ground::of(self.opener.source(), &loaded);
         let Loaded {
             camera,
             base,
@@ -54,12 +55,19 @@ impl Viewer {
         };
         self.state.advance(self.now());
         if again {
+            let offering = self.state.withdraw_offer();
             self.state.reload(subject);
+            self.journal.set_ground(ground);
+            if offering {
+                // They may not fit the scene any more.
+                self.offer_moves();
+            }
         } else {
             self.origin = self.opener.source().clone();
             self.opened += 1;
             self.scrubbing = false;
             self.state.open(subject);
+            self.begin_journal(ground);
             self.take_shape(&base);
         }
         if std::mem::take(&mut self.play) {
@@ -83,9 +91,11 @@ impl Viewer {
         if self.has_own_size || self.picture.is_some() || self.state.size_px() == (width, height) {
             return;
         }
+        let size = physical(width, height);
+        self.memory.gives(size.into());
         let mut resized = None;
         if let Some(screen) = self.stage.screen() {
-            resized = screen.window.request_inner_size(physical(width, height));
+            resized = screen.window.request_inner_size(size);
         }
         // Where the answer comes later, it comes as an event.
         if let Some(size) = resized {
@@ -122,18 +132,18 @@ impl Viewer {
             let result = save(&origin, &document);
             let ending = SaveEnding {
                 opened,
-                recorded: document.recorded,
+                document,
                 result,
             };
             // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(ending));
+            let _ = proxy.send_event(Message::SceneSaved(Box::new(ending)));
         }));
     }
 
     pub(super) fn scene_saved(&mut self, ending: SaveEnding) {
         let SaveEnding {
             opened,
-            recorded,
+            document,
             result,
         } = ending;
         self.pending -= 1;
@@ -144,10 +154,16 @@ impl Viewer {
         };
         if let (true, Ok(saved)) = (is_open, &result) {
             self.origin = Source::File(saved.path.clone());
+            let Document {
+                camera, operations, ..
+            } = document;
+            let ground = self.journal.ground();
+            let ground = ground.map(|ground| ground.saved(&saved.path, camera, operations));
+            self.journal.set_ground(ground);
         }
         self.opener.end_saving(result.ok().filter(|_| is_open));
         self.set_title();
         self.state.advance(self.now());
-        self.state.saved(is_open.then_some(recorded), name);
+        self.state.saved(is_open.then_some(document.recorded), name);
     }
 }

@@ -61,7 +61,7 @@ impl Viewer {
             && !self.opener.is_loading()
             && self.picture.as_deref().is_some_and(is_shown)
             && self.drawn == self.wanted_overlay()
-            && self.session.has_size(self.state.size_px())
+            && self.session.has_size()
     }
 
     pub(super) fn button(&mut self, state: ElementState, button: Button) {

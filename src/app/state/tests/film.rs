@@ -1,0 +1,132 @@
+//! Playing, and the bar of frames.
+
+use super::*;
+
+#[test]
+fn a_paused_picture_is_the_frame_that_is_reported() {
+    let mut s = state();
+    s.apply(Action::TogglePlayback);
+    assert_eq!(s.wish(), frame_wish(0));
+    s.advance(ms(1010));
+    s.apply(Action::TogglePlayback);
+    assert_eq!(
+        s.take_commands(),
+        [Command::Report("paused at frame 16".into())]
+    );
+    s.advance(ms(60_000));
+    assert_eq!(s.wish(), frame_wish(16));
+    assert_eq!(s.take_commands(), []);
+}
+
+#[test]
+fn playback_ends_on_the_still_picture_and_says_so_once() {
+    let mut s = state();
+    s.apply(Action::TogglePlayback);
+    s.advance(ms(60_000));
+    s.advance(ms(60_001));
+    assert_eq!(s.wish(), frame_wish(32));
+    assert_eq!(
+        s.take_commands(),
+        [Command::Report("playback ended at frame 32".into())]
+    );
+    assert_eq!(s.next_change(), None);
+}
+
+#[test]
+fn while_playing_the_next_change_is_the_next_frame() {
+    let mut s = state();
+    s.play();
+    let mut wakes = 0;
+    while let Some(at) = s.next_change() {
+        let before = s.frame().0;
+        // Rounding to nanoseconds may wake a hair early; then the next wake is due at once.
+        s.advance(at.max(s.now + Duration::from_nanos(1)));
+        wakes += 1;
+        assert!(s.frame().0 <= before + 1, "a frame was skipped");
+    }
+    assert!((32..100).contains(&wakes), "{wakes} wakes for 32 frames");
+}
+
+#[test]
+fn enter_while_playing_stops_on_the_still_picture() {
+    let mut s = state();
+    s.apply(Action::TogglePlayback);
+    s.advance(ms(500));
+    s.apply(Action::ReturnToScene);
+    s.advance(ms(900));
+    assert_eq!(s.wish(), frame_wish(32));
+}
+
+#[test]
+fn enter_while_playing_drops_the_offset_and_keeps_the_time() {
+    let mut s = state();
+    s.apply(Action::TogglePlayback);
+    s.advance(ms(500));
+    s.apply(X);
+    s.apply(Action::Pan {
+        dx_px: 5.0,
+        dy_px: 5.0,
+    });
+    s.advance(ms(1010));
+    assert_ne!(s.wish(), frame_wish(16));
+    s.apply(Action::ReturnToScene);
+    assert_eq!(s.wish(), frame_wish(16));
+    s.advance(ms(1510));
+    assert_eq!(s.wish(), frame_wish(24));
+    s.apply(Action::ReturnToScene);
+    assert_eq!(s.wish(), frame_wish(32));
+}
+
+#[test]
+fn frames_and_operations_are_stepped_through() {
+    let mut s = state();
+    for (action, frame) in [
+        (Action::StepFrames(-1), 31),
+        (Action::StepOperation { back: true }, 16),
+        (Action::StepOperation { back: true }, 0),
+        (Action::StepOperation { back: true }, 0),
+        (Action::StepFrames(1), 1),
+        (Action::StepOperation { back: false }, 16),
+        (Action::Seek(20), 20),
+        (Action::StepOperation { back: true }, 16),
+        (Action::GoToEnd, 32),
+        (Action::StepFrames(1), 32),
+        (Action::GoToStart, 0),
+    ] {
+        s.apply(action);
+        assert_eq!(s.frame().0, frame, "{action:?}");
+        assert_eq!(s.wish(), frame_wish(frame));
+    }
+}
+
+#[test]
+fn two_marks_make_a_loop_and_a_third_drops_it() {
+    let mut s = state();
+    for frame in [20, 12] {
+        s.apply(Action::Seek(frame));
+        s.apply(Action::MarkSection);
+    }
+    s.apply(Action::TogglePlayback);
+    for t in 0..80 {
+        s.advance(ms(50 * t));
+        assert!((12..=20).contains(&s.frame().0));
+    }
+    s.apply(Action::MarkSection);
+    s.advance(ms(60_000));
+    assert!(s.playback.is_playing(), "the order is still loop");
+}
+
+#[test]
+fn the_bar_shows_while_the_mouse_moves_near_it() {
+    let mut s = state();
+    s.pointed_at((5.0, 5.0));
+    assert_eq!(s.overlay().bar, None);
+    s.pointed_at((5.0, 45.0));
+    let bar = s.overlay().bar.expect("near the border");
+    assert_eq!((bar.frame, bar.frames_per_op), (32, 16));
+    s.advance(ms(1999));
+    assert!(s.overlay().bar.is_some());
+    assert_eq!(s.next_change(), Some(ms(2000)));
+    s.advance(ms(2000));
+    assert_eq!(s.overlay().bar, None);
+}

@@ -1,0 +1,146 @@
+//! Keys and the mouse on the camera.
+
+use super::super::hand::{TAP_MICRO_RAD, TICK_MICRO_RAD};
+use super::*;
+
+/// A tap of an axis key.
+const TAP_RAD: f64 = TAP_MICRO_RAD / 1e6;
+/// A second of holding it.
+const HELD_RAD: f64 = 250.0 * TICK_MICRO_RAD / 1e6;
+
+/// The angle about x between the still picture's camera and the one shown.
+fn turned_rad(state: &State) -> f64 {
+    let s = setting();
+    let still = camera_at(s.base, &s.operations, s.timing, 32, s.pivot).eye;
+    let now = state.camera().eye;
+    let angle = |p: DVec3| libm::atan2(p.z, p.y);
+    (angle(now) - angle(still)).rem_euclid(std::f64::consts::TAU)
+}
+
+fn close(a: f64, b: f64) {
+    assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+}
+
+#[test]
+fn a_tap_turns_by_five_degrees_however_often_time_is_looked_at() {
+    let mut s = state();
+    s.apply(X);
+    for t in 0..120 {
+        s.advance(ms(t));
+    }
+    s.apply(Action::StopTurn(Axis::X));
+    s.advance(ms(5000));
+    close(turned_rad(&s), TAP_RAD);
+}
+
+#[test]
+fn a_held_key_turns_by_the_clock() {
+    let (mut once, mut often) = (state(), state());
+    once.apply(X);
+    often.apply(X);
+    for t in 0..=1250 {
+        often.advance(ms(t));
+    }
+    once.advance(ms(1250));
+    close(turned_rad(&once), TAP_RAD + HELD_RAD);
+    close(turned_rad(&often), TAP_RAD + HELD_RAD);
+    assert!(once.is_turning());
+}
+
+#[test]
+fn lost_focus_stops_the_turn_and_the_wakes() {
+    let mut s = state();
+    s.apply(X);
+    s.advance(ms(400));
+    s.apply(Action::StopTurns);
+    let wish = s.wish();
+    s.advance(ms(9000));
+    assert_eq!(s.wish(), wish);
+    assert_eq!((s.is_turning(), s.next_change()), (false, None));
+}
+
+#[test]
+fn every_camera_action_changes_the_picture_and_enter_restores_its_bits() {
+    let (dx_px, dy_px) = (7.0, -3.0);
+    for action in [
+        X,
+        Action::Orbit {
+            dx_px,
+            dy_px,
+            only: None,
+        },
+        Action::Roll { dx_px },
+        Action::Pan { dx_px, dy_px },
+        Action::DollyDrag { dy_px, at: None },
+        Action::Dolly {
+            notches: 1.0,
+            at: Some((3.0, 4.0)),
+        },
+    ] {
+        let mut s = state();
+        s.apply(action);
+        assert_ne!(s.wish(), frame_wish(32), "{action:?}");
+        s.apply(Action::ReturnToScene);
+        assert_eq!(s.wish(), frame_wish(32), "{action:?}");
+    }
+}
+
+#[test]
+fn a_drag_takes_back_the_turn_of_the_key_that_names_its_axis() {
+    let drag = |dx_px, only| Action::Orbit {
+        dx_px,
+        dy_px: 0.0,
+        only,
+    };
+    let (mut with_key, mut without) = (state(), state());
+    with_key.apply(X);
+    with_key.advance(ms(1500));
+    for s in [&mut with_key, &mut without] {
+        s.apply(drag(9.0, Some(Axis::X)));
+        s.apply(drag(4.0, Some(Axis::X)));
+    }
+    with_key.apply(Action::StopTurn(Axis::X));
+    with_key.advance(ms(3000));
+    assert_eq!(with_key.wish(), without.wish());
+    with_key.apply(Action::LetGo);
+    with_key.apply(Action::Undo);
+    assert_eq!(with_key.wish(), frame_wish(32));
+}
+
+#[test]
+fn two_held_keys_turn_the_same_way_however_often_time_is_looked_at() {
+    let (mut once, mut often) = (state(), state());
+    for s in [&mut once, &mut often] {
+        s.apply(X);
+        s.advance(ms(70));
+        s.apply(Action::StartTurn {
+            axis: Axis::Z,
+            reverse: true,
+        });
+    }
+    for t in 70..=900 {
+        often.advance(ms(t));
+    }
+    once.advance(ms(900));
+    assert_eq!(once.wish(), often.wish());
+}
+
+#[test]
+fn sides_are_looked_at_from_and_the_opposite_is_behind() {
+    use crate::app::action::Side;
+    let mut s = state();
+    let mut eye = |from, opposite| {
+        s.apply(Action::Look { from, opposite });
+        assert_eq!(s.wish().view, rendered(&s));
+        s.camera().eye.normalize()
+    };
+    for (side, direction) in [
+        (Side::Front, DVec3::NEG_Y),
+        (Side::Right, DVec3::X),
+        (Side::Top, DVec3::Z),
+        (Side::Corner, DVec3::new(1.0, -1.0, 1.0).normalize()),
+    ] {
+        assert!((eye(side, false) - direction).length() < 3e-6);
+        assert!((eye(side, true) + direction).length() < 3e-6);
+    }
+}

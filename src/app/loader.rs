@@ -1,8 +1,9 @@
 //! Reads, parses and compiles scenes on threads of its own, while the window goes on.
 //!
 //! One load at a time: the next one makes the one before void. A load that is cancelled ends at its next stage, and
-//! what it still says is known by its number and not listened to. A world may be followed by a better one of the same
-//! scene: whoever listens swaps them between two pictures.
+//! what it still says is known by its number and not listened to. A large scene comes twice: with a coarse tree, so
+//! that a picture stands as soon as may be, and then with the better one, which is built meanwhile. Whoever listens
+//! swaps them between two pictures, which are the same to the bit.
 
 use std::fmt;
 use std::fs;
@@ -14,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use super::painter::message_of;
+use crate::bvh::Quality;
 use crate::camera::Camera;
 use crate::demo::{self, Demo};
 use crate::geometry::Aabb;
@@ -22,6 +24,9 @@ use crate::world::World;
 
 /// Where the text of a scene begins, read ahead to learn its camera.
 const HEAD_BYTES: usize = 1 << 14;
+
+/// Scenes with so many triangles are shown with a coarse tree first: the better one of fewer is there at once.
+const LARGE: usize = 50_000;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug)]
@@ -87,6 +92,8 @@ pub struct Loaded {
     pub bounds: Aabb,
     /// The scene for the kernels.
     pub world: Arc<World>,
+    /// Its tree is a coarse one: [`Told::Better`] follows.
+    pub is_coarse: bool,
 }
 
 /// What a load is busy with.
@@ -120,8 +127,10 @@ pub enum Told {
     At(Stage),
     /// The text is the known one: there is nothing to load.
     Known,
-    /// It is done.
+    /// There is something to show, or never will be.
     Done(Result<Box<Loaded>, LoadError>),
+    /// The same scene in a better tree, after [`Loaded::is_coarse`].
+    Better(Arc<World>),
 }
 
 impl Source {
@@ -258,14 +267,13 @@ impl Loader {
         let (number, threads) = (self.newest, self.threads);
         let cancelled = Arc::clone(&self.cancelled);
         let work = move || {
-            let at = |stage| tell(number, Told::At(stage));
+            let tell = |told| tell(number, told);
             let known = known.as_ref().map(|text| &text[..]);
-            let done = catch_unwind(AssertUnwindSafe(|| {
-                load(&source, known, threads, &cancelled, &at)
+            let ended = catch_unwind(AssertUnwindSafe(|| {
+                load(&source, known, threads, &cancelled, &tell);
             }));
-            let broken = |why| Some(Told::Done(Err(LoadError::Broken(why))));
-            if let Some(told) = done.unwrap_or_else(|panic| broken(message_of(&*panic))) {
-                tell(number, told);
+            if let Err(panic) = ended {
+                tell(Told::Done(Err(LoadError::Broken(message_of(&*panic)))));
             }
         };
         thread::Builder::new()
@@ -288,40 +296,63 @@ impl Loader {
     }
 }
 
-/// The whole way from a source to a world; `None` when it was cancelled on the way.
+/// The whole way from a source to a world, told step by step; it ends early when it is cancelled.
 fn load(
     source: &Source,
     known: Option<&[u8]>,
     threads: usize,
     cancelled: &AtomicBool,
-    at: &(impl Fn(Stage) + Sync),
-) -> Option<Told> {
+    tell: &(impl Fn(Told) + Sync),
+) {
+    let is_cancelled = || cancelled.load(Ordering::Relaxed);
     // Threads of its own: those that render have pictures to make meanwhile.
-    let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+    let pool = match pool(threads) {
         Ok(pool) => pool,
-        Err(e) => {
-            let why = format!("the system gives no threads: {e}");
-            return Some(Told::Done(Err(LoadError::Broken(why))));
-        }
+        Err(e) => return tell(Told::Done(Err(e))),
     };
-    let scene = match pool.install(|| source.parse(known, at)) {
+    let at = |stage| tell(Told::At(stage));
+    let scene = match pool.install(|| source.parse(known, &at)) {
         Ok(Some(scene)) => scene,
-        Ok(None) => return Some(Told::Known),
-        Err(e) => return Some(Told::Done(Err(e))),
+        Ok(None) => return tell(Told::Known),
+        Err(e) => return tell(Told::Done(Err(e))),
     };
-    if cancelled.load(Ordering::Relaxed) {
-        return None;
+    if is_cancelled() {
+        return;
     }
+    let is_coarse = scene.triangles.len() >= LARGE;
+    let quality = match is_coarse {
+        true => Quality::Coarse,
+        false => Quality::Fine,
+    };
     at(Stage::Building(scene.triangles.len()));
-    let world = Arc::new(pool.install(|| World::compile(&scene)));
+    let world = Arc::new(pool.install(|| World::with_quality(&scene, quality)));
     let bounds = world.bounds();
-    Some(Told::Done(Ok(Box::new(Loaded {
+    tell(Told::Done(Ok(Box::new(Loaded {
         camera: scene.camera,
         base: Camera::of_scene(&scene, bounds),
-        operations: scene.operations,
+        operations: scene.operations.clone(),
         bounds,
         world,
-    }))))
+        is_coarse,
+    }))));
+    if !is_coarse || is_cancelled() {
+        return;
+    }
+    // Half of the threads: the hand has begun to turn the scene.
+    let half = pool.current_num_threads().div_ceil(2);
+    drop(pool);
+    let better = self::pool(half).map(|pool| pool.install(|| World::compile(&scene)));
+    // Without threads the coarse tree stays: it shows the same.
+    if let Ok(world) = better {
+        tell(Told::Better(Arc::new(world)));
+    }
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, LoadError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| LoadError::Broken(format!("the system gives no threads: {e}")))
 }
 
 #[cfg(test)]
@@ -352,7 +383,7 @@ mod tests {
         loop {
             match told.recv_timeout(Duration::from_secs(20)).expect("an end") {
                 (number, Told::Done(done)) => return (number, done),
-                (_, Told::At(_) | Told::Known) => {}
+                (_, Told::At(_) | Told::Known | Told::Better(_)) => {}
             }
         }
     }
@@ -374,6 +405,49 @@ mod tests {
         })
         .collect();
         assert_eq!(stages, ["parsing 0.0 MB", "building a tree of 1 triangles"]);
+    }
+
+    /// The picture of a world, by the fast engine.
+    fn picture(world: &World, base: Camera) -> crate::frame::Frame {
+        let mut frame = crate::frame::Frame::default();
+        crate::render::Renderer::new(1)
+            .expect("a thread")
+            .picture(
+                world,
+                &base.view(160, 90, false),
+                &crate::render::Settings::default(),
+                &mut frame,
+                &crate::render::Progress::new(),
+            )
+            .expect("nobody cancels");
+        frame
+    }
+
+    #[test]
+    fn a_large_scene_comes_with_a_coarse_tree_and_then_with_a_better_one_of_the_same_picture() {
+        let mut random = crate::math::Random::new(3);
+        let mut scene = format!("{CAMERA} 0.3 -1 -1 {LARGE}");
+        for _ in 0..LARGE {
+            let p = random.point();
+            for corner in [p, p + random.point() * 0.1, p + random.point() * 0.1] {
+                scene += &format!(" {} {} {}", corner.x, corner.y, corner.z);
+            }
+            scene += " 250 200 90";
+        }
+        let mut loader = Loader::new(2);
+        let told = start(&mut loader, text(&scene));
+        let (_, loaded) = done(&told);
+        let loaded = loaded.expect("a scene");
+        assert!(loaded.is_coarse);
+        let Ok((number, Told::Better(better))) = told.recv() else {
+            panic!("no better tree");
+        };
+        assert!(loader.is_newest(number) && told.recv().is_err());
+        let cost = |world: &World| world.bvh_stats().sah_cost;
+        assert!(cost(&better) < cost(&loaded.world));
+        let shown = picture(&loaded.world, loaded.base);
+        assert!(shown.pixels.iter().any(|&p| p != 0));
+        assert!(shown == picture(&better, loaded.base));
     }
 
     #[test]

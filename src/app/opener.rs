@@ -9,6 +9,7 @@ use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
 use super::save::Saved;
 use super::watch::Watch;
+use crate::world::World;
 
 /// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
 const SETTLE: Duration = Duration::from_millis(60);
@@ -39,6 +40,8 @@ pub enum Outcome {
         /// It is the same file as before, saved again.
         again: bool,
     },
+    /// The scene on screen has a better tree now: nothing looks different.
+    Better(Arc<World>),
     /// There is nothing to show, and will not be.
     Fatal(LoadError),
     /// It is not shown; the terminal may be told why.
@@ -61,6 +64,8 @@ pub struct Opener {
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
+    /// A better tree of it is being built.
+    is_improving: bool,
     error: Option<Vec<Line>>,
     reload_at: Option<Instant>,
     /// What we wrote to the file ourselves: the scene shown, with its moves.
@@ -85,6 +90,7 @@ impl Opener {
             loading: None,
             is_shown: false,
             has_any: false,
+            is_improving: false,
             error: None,
             reload_at: None,
             written: None,
@@ -116,6 +122,12 @@ impl Opener {
     #[must_use]
     pub fn has_scene(&self) -> bool {
         self.has_any
+    }
+
+    /// True while a better tree of the scene on screen is on its way.
+    #[must_use]
+    pub fn is_improving(&self) -> bool {
+        self.is_improving
     }
 
     /// Loads the scene and watches its file.
@@ -172,6 +184,8 @@ impl Opener {
 
     fn load(&mut self) -> Result<(), LoadError> {
         self.reload_at = None;
+        // The load that would bring a better tree is void.
+        self.is_improving = false;
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
@@ -217,6 +231,10 @@ impl Opener {
                 self.loading = None;
                 Some(self.done(done))
             }
+            Heard::Load(_, Told::Better(world)) => {
+                self.is_improving = false;
+                Some(Outcome::Better(world))
+            }
         }
     }
 
@@ -226,6 +244,7 @@ impl Opener {
                 self.error = None;
                 self.written = None;
                 self.has_any = true;
+                self.is_improving = loaded.is_coarse;
                 let again = std::mem::replace(&mut self.is_shown, true);
                 Outcome::Show { loaded, again }
             }
@@ -331,6 +350,29 @@ mod tests {
         let mut opener = Opener::new(Source::File(path.into()), 1, tell);
         opener.begin().expect("a thread");
         (opener, receive)
+    }
+
+    #[test]
+    fn the_better_tree_follows_the_coarse_one_and_is_void_when_another_load_begins() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        let triangle = "0 0 0 1 0 0 0 1 0 9 9 9 ";
+        let text = "<d 0 0 -1 50000 ".to_owned() + &triangle.repeat(50_000);
+        std::fs::write(&file, text).expect("written");
+        let (mut opener, heard) = opener(&file);
+        let first = outcome(&mut opener, &heard);
+        assert!(matches!(first, Outcome::Show { .. }), "{first:?}");
+        assert!(opener.is_improving() && !opener.is_loading());
+        let second = outcome(&mut opener, &heard);
+        assert!(matches!(second, Outcome::Better(_)), "{second:?}");
+        assert!(!opener.is_improving());
+        opener.begin().expect("a thread");
+        outcome(&mut opener, &heard);
+        std::fs::write(&file, GOOD).expect("written");
+        opener.begin().expect("a thread");
+        let small = outcome(&mut opener, &heard);
+        assert!(matches!(small, Outcome::Show { .. }), "{small:?}");
+        assert!(!opener.is_improving());
     }
 
     /// Goes on until something follows for the window.

@@ -105,6 +105,12 @@ impl Pace {
         self.governor.forget();
     }
 
+    /// Pictures of the scene look different now: what stands is ordered once more.
+    pub fn again(&mut self) {
+        self.scene += 1;
+        self.sent = None;
+    }
+
     /// True for pictures of the scene that is open; others were begun before.
     #[must_use]
     pub fn is_of_scene(&self, picture: &Picture) -> bool {

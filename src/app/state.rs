@@ -125,6 +125,14 @@ pub struct Wish {
     pub settings: Settings,
 }
 
+impl Wish {
+    /// True when the work done is shown, which depends on the tree.
+    #[must_use]
+    pub fn shows_cost(&self) -> bool {
+        self.settings.mode == ViewMode::Cost
+    }
+}
+
 /// What to draw over the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OverlayWish {

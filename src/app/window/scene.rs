@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 use winit::event_loop::ActiveEventLoop;
@@ -15,6 +16,7 @@ use crate::app::save::{Saved, save};
 use crate::app::state::{Command, Document, Subject};
 use crate::app::statistics::Statistics;
 use crate::camera::Camera;
+use crate::world::World;
 
 /// How saving a scene ended.
 #[derive(Debug)]
@@ -31,6 +33,7 @@ impl Viewer {
     pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
         match self.opener.hear(heard, Instant::now()) {
             Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
+            Some(Outcome::Better(world)) => self.improve(world),
             Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
             Some(Outcome::Kept(e)) => report(&e.words(false)),
             None => {}
@@ -45,6 +48,7 @@ impl Viewer {
             operations,
             bounds,
             world,
+            ..
         } = loaded;
         let subject = Subject {
             camera,
@@ -69,6 +73,15 @@ impl Viewer {
         self.painter.set_world(world);
         self.pace.forget();
         self.set_title();
+    }
+
+    /// Pictures to come are traced in a better tree of the same scene. Those on screen stay: only the view of the work
+    /// done looks different.
+    fn improve(&mut self, world: Arc<World>) {
+        self.painter.set_world(world);
+        if self.state.wish().shows_cost() {
+            self.pace.again();
+        }
     }
 
     pub(super) fn set_title(&mut self) {

@@ -59,6 +59,7 @@ impl Viewer {
             && !self.is_new
             && self.pending == 0
             && !self.opener.is_loading()
+            && !(self.opener.is_improving() && self.state.wish().shows_cost())
             && self.picture.as_deref().is_some_and(is_shown)
             && self.drawn == self.wanted_overlay()
             && self.session.has_size(self.state.size_px())

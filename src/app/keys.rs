@@ -25,6 +25,14 @@ pub fn key_of(event: &KeyEvent) -> Option<Key> {
         WinitKey::Named(NamedKey::Backspace) => Some(Key::Backspace),
         WinitKey::Named(NamedKey::PageUp) => Some(Key::PageUp),
         WinitKey::Named(NamedKey::PageDown) => Some(Key::PageDown),
+        WinitKey::Named(NamedKey::Tab) => Some(Key::Tab),
+        WinitKey::Named(NamedKey::F1) => Some(Key::F(1)),
+        WinitKey::Named(NamedKey::F2) => Some(Key::F(2)),
+        WinitKey::Named(NamedKey::F3) => Some(Key::F(3)),
+        WinitKey::Named(NamedKey::F4) => Some(Key::F(4)),
+        WinitKey::Named(NamedKey::F5) => Some(Key::F(5)),
+        WinitKey::Named(NamedKey::F9) => Some(Key::F(9)),
+        WinitKey::Named(NamedKey::F10) => Some(Key::F(10)),
         WinitKey::Character(text) => {
             let c = text.chars().next()?.to_lowercase().next()?;
             let c = if c.is_ascii() {

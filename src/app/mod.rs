@@ -10,6 +10,7 @@
 mod action;
 mod backend;
 mod bindings;
+mod companion;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
 mod governor;
@@ -30,6 +31,7 @@ mod screenshot;
 mod script;
 mod scrub;
 mod session;
+mod side;
 mod state;
 mod statistics;
 #[cfg(all(unix, not(target_vendor = "apple")))]

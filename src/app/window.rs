@@ -6,6 +6,7 @@
 
 mod scene;
 mod session;
+mod sides;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,9 +17,12 @@ use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, KeyEvent, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::window::{CursorIcon, Fullscreen, Window, WindowId};
 
+use self::session::Held;
+use self::sides::SlowSides;
 use super::action::Action;
+use super::companion::News;
 use super::input::Input;
 use super::loader::{LoadError, Source};
 use super::opener::{Heard, Opener};
@@ -31,13 +35,15 @@ use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
 use super::{AppError, AppOptions, backend, keys, screenshot, script};
 use crate::camera::Pivot;
-use crate::render::Renderer;
+use crate::render::{Renderer, Samples};
 
 /// What other threads tell the event loop.
 #[derive(Debug)]
 enum Message {
     /// From the render thread.
     Painter(Notice),
+    /// From the thread of a slow side.
+    Companion(usize, News),
     /// From the threads that load and watch.
     Opener(Heard),
     /// A screenshot is saved, or not.
@@ -81,6 +87,9 @@ struct Viewer {
     /// Begin by playing.
     play: bool,
     painter: Painter,
+    slow: SlowSides,
+    /// What the painter took for each side.
+    side_times: [Duration; 2],
     session: Session,
     /// Where the scene on screen comes from.
     origin: Source,
@@ -88,8 +97,10 @@ struct Viewer {
     opened: u64,
     /// Answers that the state waits for.
     pending: usize,
-    /// The left button holds the bar of frames.
-    scrubbing: bool,
+    /// What the left button holds, other than the picture.
+    held: Held,
+    /// What the mouse looks like.
+    cursor: CursorIcon,
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
@@ -128,6 +139,11 @@ impl Viewer {
         })
         .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
         let to_loop = proxy.clone();
+        let slow = SlowSides::start(options.threads, &painter.at_work(), move |side, news| {
+            let _ = to_loop.send_event(Message::Companion(side, news));
+        })
+        .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
+        let to_loop = proxy.clone();
         let origin = options.source.clone();
         let mut opener = Opener::new(options.source, options.threads, move |heard| {
             let _ = to_loop.send_event(Message::Opener(heard));
@@ -146,11 +162,14 @@ impl Viewer {
             has_own_size: options.size.is_some(),
             play: options.play,
             painter,
+            slow,
+            side_times: [Duration::ZERO; 2],
             session,
             origin,
             opened: 0,
             pending: 0,
-            scrubbing: false,
+            held: Held::Nothing,
+            cursor: CursorIcon::Default,
             proxy,
             picture: None,
             is_new: false,
@@ -229,7 +248,6 @@ impl Viewer {
             None => (size.width, size.height),
         };
         // A window's size fits in memory.
-        // A window's size fits in memory.
         let (width, height) = (fitted.0 as usize, fitted.1 as usize);
         if self.state.size_px() != (width, height) {
             self.note(self.now(), script::Line::Resize(fitted.0, fitted.1));
@@ -275,9 +293,22 @@ impl Viewer {
         } else {
             Vec::new()
         };
-        let (overlay, drawn) = (&mut self.overlay, &self.drawn);
+        let (overlay, drawn, slow) = (&mut self.overlay, &self.drawn, &self.slow);
+        let wish = picture.map(|p| &p.wish);
+        let labels = wish
+            .filter(|_| self.state.may_overlay())
+            .and_then(|wish| slow.labels(wish, self.side_times));
         let shown = screen.show(picture, |canvas| {
+            if let Some(wish) = wish {
+                slow.lay(wish, canvas.pixels, canvas.width);
+                if drawn.0.axes {
+                    overlay.axes(canvas, &wish.view, &drawn.0);
+                }
+            }
             overlay.draw(canvas, &drawn.0, &figures);
+            if let Some(labels) = &labels {
+                overlay.labels(canvas, labels);
+            }
             if let Some(board) = &drawn.1 {
                 overlay.board(canvas, board);
             }
@@ -286,6 +317,7 @@ impl Viewer {
             Ok(time) => self.present = time,
             Err(e) => return self.fail(event_loop, e),
         }
+        self.slow.is_new = false;
         if std::mem::take(&mut self.is_new)
             && let Some(picture) = &self.picture
         {
@@ -301,6 +333,9 @@ impl Viewer {
         }
         self.epoch.get_or_insert_with(Instant::now);
         self.pace.took(&picture, self.present);
+        if picture.samples == Samples::ONE {
+            self.side_times = picture.side_times;
+        }
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);
         }
@@ -339,14 +374,15 @@ impl Viewer {
     /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
     fn save_picture(&mut self) {
         self.saving.retain(|thread| !thread.is_finished());
-        self.to_be_saved = self.picture.as_ref().is_some_and(|p| p.pixel_size > 1);
+        let is_ready = |p: &Picture| p.pixel_size == 1 && self.slow.are_whole(&p.wish);
+        self.to_be_saved = self.picture.as_deref().is_some_and(|p| !is_ready(p));
         if self.to_be_saved {
             return;
         }
         let Some(picture) = &self.picture else {
             return self.tell("no picture to save yet");
         };
-        let frame = picture.frame.clone();
+        let frame = self.slow.whole(&picture.wish, &picture.frame);
         let proxy = self.proxy.clone();
         self.saving.push(std::thread::spawn(move || {
             let saved = screenshot::save(&frame, Path::new("."));
@@ -379,7 +415,9 @@ impl Viewer {
             frame_time: self.state.frame_time().filter(|_| time_moves),
             must_be_fine: self.to_be_saved,
         };
-        let step = self.pace.step(self.state.wish(), &moment);
+        let wish = self.state.wish();
+        self.slow.order(&wish);
+        let step = self.pace.step(wish, &moment);
         if let Some(order) = step.order {
             self.painter.order(order);
         }
@@ -473,6 +511,16 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.advance(self.now());
                 self.state.probed(&probe, found);
             }
+            Message::Companion(side, News::Snapshot(snapshot)) => {
+                self.slow.take(side, snapshot);
+                self.stage.request_redraw();
+                if self.to_be_saved {
+                    self.save_picture();
+                }
+            }
+            Message::Companion(_, News::Failed(why)) => {
+                self.tell(&format!("a picture failed: {why}"));
+            }
             Message::Opener(heard) => self.hear(event_loop, heard),
             Message::SceneSaved(ending) => self.scene_saved(ending),
             Message::Script(Ok(line)) => self.session.push(line),
@@ -496,7 +544,7 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.set_scale_factor(scale_factor);
             }
             WindowEvent::Focused(false) => {
-                self.scrubbing = false;
+                self.held = Held::Nothing;
                 let action = self.input.focus_lost();
                 self.act(Some(action));
             }

@@ -8,7 +8,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use super::exit::help_table;
 use super::values::{self, Size};
 use crate::camera::Pivot;
-use crate::render::{Engine, Reflection, Samples, Settings, ViewMode};
+use crate::render::{COST_SCALE, Engine, Reflection, Samples, Settings, ViewMode};
 use crate::scene::CameraCorners;
 use crate::simd::Kernel;
 use crate::timeline::{Ease, Timing};
@@ -233,6 +233,9 @@ pub struct PictureOptions {
     /// The formula of the shading: the mirror image, or what the original report prints
     #[arg(long, value_name = "FORMULA", value_parser = values::one_of(values::REFLECTIONS), default_value = "mirror")]
     pub reflection: Reflection,
+    /// Tests per 4x4 pixels that the view cost shows white
+    #[arg(long, value_name = "N", value_parser = values::cost_scale, default_value_t = COST_SCALE, allow_hyphen_values = true)]
+    pub cost_scale: u32,
     /// Map the projection plane onto the picture as it is, instead of widening it to the picture's shape
     #[arg(long)]
     pub stretch: bool,
@@ -250,6 +253,7 @@ impl PictureOptions {
             kernel: self.machine.kernel,
             mode: self.view,
             reflection: self.reflection,
+            cost_scale: self.cost_scale,
         }
     }
 }

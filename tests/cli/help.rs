@@ -6,7 +6,7 @@ use crate::support::Folder;
 
 const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
 
-const PICTURE: [&str; 9] = [
+const PICTURE: [&str; 10] = [
     "--size",
     "--view",
     "--aa",
@@ -14,6 +14,7 @@ const PICTURE: [&str; 9] = [
     "--kernel",
     "--threads",
     "--reflection",
+    "--cost-scale",
     "--stretch",
     "--pivot",
 ];

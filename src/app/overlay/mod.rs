@@ -3,6 +3,7 @@
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
 //! for: the window shows the very bits that files get.
 
+mod axes;
 mod canvas;
 mod font;
 
@@ -14,6 +15,7 @@ use font::Font;
 use super::bindings;
 use super::scrub::BarWish;
 use super::state::OverlayWish;
+use crate::camera::View;
 
 const WHITE: u32 = 0xff_ffff;
 /// Chords, and the names of figures.
@@ -32,6 +34,8 @@ const MIN_TEXT_PX: u32 = 9;
 pub struct Overlay {
     font: Font,
     scale_factor: f64,
+    /// As the hand wants it, beside the screen's.
+    zoom: f64,
     sheet: Vec<Line>,
 }
 
@@ -54,11 +58,24 @@ impl Line {
     }
 }
 
+/// What is said of the two sides of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labels {
+    /// The first column right of the divider; `None`: the left side is all there is.
+    pub column: Option<usize>,
+    /// Engine, and what it has done.
+    pub lines: [Line; 2],
+}
+
 /// Where a panel stands.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     TopLeft,
     TopRight,
+    /// With its right border there.
+    TopBefore(i32),
+    /// With its left border there.
+    TopAfter(i32),
     Middle,
     /// That many pixels above the lower border.
     BottomLeft(i32),
@@ -72,6 +89,7 @@ impl Overlay {
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
+            zoom: 1.0,
             sheet: bindings::sheet().into_iter().map(line).collect(),
         }
     }
@@ -83,6 +101,10 @@ impl Overlay {
 
     /// Draws what `wish` asks for; `statistics` are the figures.
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
+        self.zoom = zoom_factor(wish.zoom);
+        if let Some(column) = wish.divider {
+            self.divider(canvas, column);
+        }
         // The sheet may need all the room: where it stands there is nothing else.
         if wish.sheet {
             let sheet = std::mem::take(&mut self.sheet);
@@ -117,10 +139,81 @@ impl Overlay {
         }
     }
 
+    /// Draws where the axes of the world point in the picture of `view`; `above` is what is at the lower border.
+    pub fn axes(&mut self, canvas: &mut Canvas<'_>, view: &View, wish: &OverlayWish) {
+        self.zoom = zoom_factor(wish.zoom);
+        let above = wish.bar.as_ref().map_or(0, |b| b.bar.height_px as i32);
+        // A small positive number.
+        let size_px = (TEXT_PX * self.scale()).round() as u32;
+        self.font.resize(size_px.max(MIN_TEXT_PX));
+        let (cell_width, cell_height) = self.font.cell();
+        let scale = self.scale();
+        axes::draw(canvas, view, scale, above, |canvas, (x, y), c, color| {
+            // In the window, or cut off.
+            let (x, y) = (x.round() as i32, y.round() as i32);
+            let glyph = self.font.glyph(c);
+            let corner = (x - cell_width / 2, y - cell_height / 2);
+            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+                canvas.glyph(corner.0 + dx, corner.1 + dy, glyph, 0);
+            }
+            canvas.glyph(corner.0, corner.1, glyph, color);
+        });
+    }
+
+    /// Says by what each side is made, beside the divider or at the upper left.
+    pub fn labels(&mut self, canvas: &mut Canvas<'_>, labels: &Labels) {
+        let [left, right] = &labels.lines;
+        match labels.column {
+            None => self.panel(canvas, std::slice::from_ref(left), Place::TopLeft),
+            Some(column) => {
+                let gap = (4.0 * self.scale()).ceil() as i32;
+                let x = i32::try_from(column).unwrap_or(i32::MAX / 2);
+                self.panel(
+                    canvas,
+                    std::slice::from_ref(left),
+                    Place::TopBefore(x - gap),
+                );
+                self.panel(
+                    canvas,
+                    std::slice::from_ref(right),
+                    Place::TopAfter(x + gap),
+                );
+            }
+        }
+    }
+
+    /// A line with dark borders between the sides, and something to hold in the middle of it.
+    fn divider(&self, canvas: &mut Canvas<'_>, column: usize) {
+        let (_, height) = extent(canvas);
+        let x = i32::try_from(column).unwrap_or(i32::MAX / 2);
+        // A scale is a small positive number.
+        let unit = self.scale().ceil() as i32;
+        let mut block = |half_width: i32, y: i32, height: i32, color: u32| {
+            let rect = Rect {
+                x: x - half_width,
+                y,
+                width: 2 * half_width,
+                height,
+            };
+            canvas.fill(rect, color);
+        };
+        block(2 * unit, 0, height, 0);
+        block(unit, 0, height, WHITE);
+        let handle = (24 * unit).min(height);
+        let top = (height - handle) / 2;
+        block(5 * unit, top, handle, 0);
+        block(4 * unit, top + unit, handle - 2 * unit, WHITE);
+    }
+
+    /// Pixels of the screen for each of the design.
+    fn scale(&self) -> f64 {
+        self.scale_factor * self.zoom
+    }
+
     /// A cross with a dark rim: seen on any colour.
     fn mark(&self, canvas: &mut Canvas<'_>, (x, y): (i32, i32)) {
         // A scale factor is a small positive number.
-        let arm = (5.0 * self.scale_factor).ceil() as i32;
+        let arm = (5.0 * self.scale()).ceil() as i32;
         for (rim, color) in [(1, 0), (0, AMBER)] {
             for (across, along) in [(rim, arm + rim), (arm + rim, rim)] {
                 let rect = Rect {
@@ -167,7 +260,7 @@ impl Overlay {
     /// Picks the largest size, up to the screen's, at which `lines` fit on the canvas.
     fn layout(&mut self, canvas: &Canvas<'_>, lines: &[Line]) -> Layout {
         // A scale factor is a small positive number.
-        let mut size_px = (TEXT_PX * self.scale_factor).round() as u32;
+        let mut size_px = (TEXT_PX * self.scale()).round() as u32;
         loop {
             self.font.resize(size_px.max(MIN_TEXT_PX));
             let layout = Layout::of(lines, self.font.cell());
@@ -177,6 +270,12 @@ impl Overlay {
             size_px -= 1;
         }
     }
+}
+
+/// How many times as large as usual things are after so many steps.
+#[must_use]
+pub fn zoom_factor(steps: i32) -> f64 {
+    libm::pow(1.25, f64::from(steps))
 }
 
 /// Draws the bar of frames: a line, a tick for each operation, what is played in amber, a handle at the frame.
@@ -258,6 +357,8 @@ impl Layout {
         let (x, y) = match place {
             Place::TopLeft => (0, 0),
             Place::TopRight => ((canvas_width - self.width).max(0), 0),
+            Place::TopBefore(x) => (x - self.width, 0),
+            Place::TopAfter(x) => (x, 0),
             Place::Middle => (
                 ((canvas_width - self.width) / 2).max(0),
                 ((canvas_height - self.height) / 2).max(0),
@@ -287,6 +388,9 @@ mod tests {
     fn everything() -> OverlayWish {
         OverlayWish {
             statistics: true,
+            axes: true,
+            divider: Some(30),
+            zoom: 1,
             sheet: true,
             picked: vec![("triangle".into(), "7".into())],
             marks: vec![(0, 0), (i32::MIN, i32::MAX)],
@@ -328,6 +432,44 @@ mod tests {
                 assert!(pixels.iter().any(|&p| p != 0xff_ffff));
             }
         }
+    }
+
+    #[test]
+    fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
+        let line = Line::new("report", "shaded, 12.0 s");
+        let view = crate::camera::Camera::default_for(crate::geometry::Aabb::EMPTY);
+        let view = view.view(64, 48, false);
+        for (width, height) in [(1, 1), (1, 300), (300, 1), (640, 300)] {
+            let mut pixels = vec![0xff_ffff; width * height];
+            let mut canvas = Canvas {
+                pixels: &mut pixels,
+                width,
+                height,
+            };
+            let mut overlay = Overlay::new(1.0);
+            overlay.axes(&mut canvas, &view, &OverlayWish::default());
+            for column in [None, Some(0), Some(320), Some(usize::MAX)] {
+                let lines = [line.clone(), line.clone()];
+                overlay.labels(&mut canvas, &Labels { column, lines });
+            }
+            assert!(pixels.iter().any(|&p| p != 0xff_ffff));
+        }
+        let mut pixels = vec![0xff_ffff; 640 * 300];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 640,
+            height: 300,
+        };
+        let lines = [line, Line::new("", "")];
+        Overlay::new(1.0).labels(
+            &mut canvas,
+            &Labels {
+                column: Some(320),
+                lines,
+            },
+        );
+        let row = &pixels[5 * 640..][..640];
+        assert!(row[310] != 0xff_ffff && row[318] == 0xff_ffff);
     }
 
     #[test]

@@ -39,6 +39,7 @@ fn frame_wish(frame: u64) -> Wish {
     Wish {
         view: camera.view(SIZE.0, SIZE.1, false),
         settings: Settings::default(),
+        split: None,
     }
 }
 

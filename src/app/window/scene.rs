@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use winit::event_loop::ActiveEventLoop;
 
+use super::session::Held;
 use super::{Message, Viewer, physical, report, title};
 use crate::app::AppError;
 use crate::app::loader::{Loaded, Source};
@@ -62,7 +63,7 @@ impl Viewer {
         } else {
             self.origin = self.opener.source().clone();
             self.opened += 1;
-            self.scrubbing = false;
+            self.held = Held::Nothing;
             self.state.open(subject);
             self.take_shape(&base);
         }
@@ -70,6 +71,7 @@ impl Viewer {
             self.state.play();
         }
         self.statistics = Statistics::new(self.threads, world.triangle_count());
+        self.slow.open(&world);
         self.painter.set_world(world);
         self.pace.forget();
         self.set_title();
@@ -78,6 +80,7 @@ impl Viewer {
     /// Pictures to come are traced in a better tree of the same scene. Those on screen stay: only the view of the work
     /// done looks different.
     fn improve(&mut self, world: Arc<World>) {
+        self.slow.improve(&world);
         self.painter.set_world(world);
         if self.state.wish().shows_cost() {
             self.pace.again();

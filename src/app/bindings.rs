@@ -270,16 +270,11 @@ const fn look(c: char, from: Side, modifiers: Modifiers) -> Binding {
     with(modifiers, Key::Char(c), action, says)
 }
 
-const fn view(number: u8, mode: ViewMode, modifiers: Modifiers) -> Binding {
-    let (action, says) = match modifiers.shift {
-        false => (Action::ShowView(mode), VIEWS),
-        true => (Action::ShowRightView(mode), RIGHT_VIEWS),
-    };
-    with(modifiers, Key::F(number), action, says)
+const fn view(number: u8, mode: ViewMode) -> Binding {
+    key(Key::F(number), Action::ShowView(mode), VIEWS)
 }
 
 const VIEWS: &str = "view: shaded, id, normal, depth, cost";
-const RIGHT_VIEWS: &str = "the same on the right side of a split";
 const COST: &str = "the view cost: brighter, darker";
 const RIGHT: &str = "right side of a split: next engine, next view";
 const FRAME: &str = "one frame back, one on";
@@ -396,11 +391,11 @@ pub const BINDINGS: &[Binding] = &[
         Action::NextView,
         "next view: shaded, id, normal, depth, cost",
     ),
-    view(1, ViewMode::Shaded, Modifiers::NONE),
-    view(2, ViewMode::Id, Modifiers::NONE),
-    view(3, ViewMode::Normal, Modifiers::NONE),
-    view(4, ViewMode::Depth, Modifiers::NONE),
-    view(5, ViewMode::Cost, Modifiers::NONE),
+    view(1, ViewMode::Shaded),
+    view(2, ViewMode::Id),
+    view(3, ViewMode::Normal),
+    view(4, ViewMode::Depth),
+    view(5, ViewMode::Cost),
     key(Key::F(9), Action::ScaleCost(0.5), COST),
     key(Key::F(10), Action::ScaleCost(2.0), COST),
     letter(
@@ -425,11 +420,6 @@ pub const BINDINGS: &[Binding] = &[
         Action::NextRightView,
         RIGHT,
     ),
-    view(1, ViewMode::Shaded, Modifiers::SHIFT),
-    view(2, ViewMode::Id, Modifiers::SHIFT),
-    view(3, ViewMode::Normal, Modifiers::SHIFT),
-    view(4, ViewMode::Depth, Modifiers::SHIFT),
-    view(5, ViewMode::Cost, Modifiers::SHIFT),
     letter(
         'k',
         Action::NextKernel,

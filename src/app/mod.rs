@@ -16,6 +16,7 @@ mod display;
 mod governor;
 mod input;
 mod keys;
+mod kiosk;
 mod latency;
 mod loader;
 mod moves;
@@ -70,6 +71,8 @@ pub struct AppOptions {
     pub stretch: bool,
     /// What operations and hands turn the camera about.
     pub pivot: Pivot,
+    /// Scenes to be shown in turn, after `source`, which is the first of them, and nothing that hands do.
+    pub kiosk: Option<Vec<Source>>,
     /// Begin by playing the operations.
     pub play: bool,
     /// Something may be drawn over the picture when it is asked for.
@@ -137,4 +140,5 @@ impl std::error::Error for AppError {}
 
 pub use bindings::sheet;
 pub use loader::{LoadError, Source, read_file};
+pub use opener::scenes_in;
 pub use window::run;

@@ -314,19 +314,33 @@ fn lines_of(error: &LoadError) -> Vec<Line> {
         .collect()
 }
 
+/// The scene files (`.txt`) of a folder, by name.
+///
+/// # Errors
+/// When it cannot be listed.
+pub fn scenes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let is_scene =
+        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) && p.is_file();
+    let entries = std::fs::read_dir(folder)?;
+    let mut scenes: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(is_scene)
+        .collect();
+    scenes.sort();
+    Ok(scenes)
+}
+
 fn neighbour(path: &Path, forward: bool) -> Option<PathBuf> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    let is_scene =
-        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) && p.is_file();
-    let entries = std::fs::read_dir(folder).ok()?;
-    let mut others: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())))
-        .filter(|p| p.as_path() != path && is_scene(p))
-        .collect();
-    others.sort();
+    let mut others = scenes_in(folder).ok()?;
+    // Named as the file is: without a folder, if it has none.
+    for other in &mut others {
+        *other = path.with_file_name(other.file_name()?);
+    }
+    others.retain(|p| p.as_path() != path);
     let next = others.partition_point(|p| p.as_path() < path);
     match (forward, others.is_empty()) {
         (_, true) => None,

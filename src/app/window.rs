@@ -4,6 +4,7 @@
 //! that the state wants goes to the [`Painter`] when the [`Pace`] says so, and the loop sleeps until something happens
 //! or is due.
 
+mod kiosk;
 mod scene;
 mod session;
 mod sides;
@@ -24,6 +25,7 @@ use self::sides::SlowSides;
 use super::action::Action;
 use super::companion::News;
 use super::input::Input;
+use super::kiosk::Kiosk;
 use super::loader::{LoadError, Source};
 use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
@@ -86,6 +88,9 @@ struct Viewer {
     has_own_size: bool,
     /// Begin by playing.
     play: bool,
+    kiosk: Option<Kiosk>,
+    /// When the window was last drawn.
+    redrawn: Instant,
     painter: Painter,
     slow: SlowSides,
     /// What the painter took for each side.
@@ -161,6 +166,8 @@ impl Viewer {
             pivot: options.pivot,
             has_own_size: options.size.is_some(),
             play: options.play,
+            kiosk: options.kiosk.map(Kiosk::new),
+            redrawn: Instant::now(),
             painter,
             slow,
             side_times: [Duration::ZERO; 2],
@@ -202,6 +209,9 @@ impl Viewer {
     /// the window is done.
     fn act(&mut self, action: Option<Action>) {
         let Some(action) = action else { return };
+        if self.kiosk.is_some() && action != Action::Quit {
+            return;
+        }
         let concerns_window = matches!(
             action,
             Action::Back | Action::Quit | Action::ToggleFullscreen | Action::ToggleSheet
@@ -273,7 +283,8 @@ impl Viewer {
     /// What is to be drawn over the picture now.
     fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
         let board = self.opener.board(Instant::now());
-        let board = board.filter(|_| self.state.may_overlay());
+        let is_quiet = self.kiosk.is_some() && self.picture.is_some();
+        let board = board.filter(|_| self.state.may_overlay() && !is_quiet);
         (self.state.overlay(), board)
     }
 
@@ -298,6 +309,10 @@ impl Viewer {
         let labels = wish
             .filter(|_| self.state.may_overlay())
             .and_then(|wish| slow.labels(wish, self.side_times));
+        self.redrawn = Instant::now();
+        // Before the first picture there is a board to be read.
+        let kiosk = self.kiosk.as_ref().filter(|_| picture.is_some());
+        let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
         let shown = screen.show(picture, |canvas| {
             if let Some(wish) = wish {
                 slow.lay(wish, canvas.pixels, canvas.width);
@@ -311,6 +326,9 @@ impl Viewer {
             }
             if let Some(board) = &drawn.1 {
                 overlay.board(canvas, board);
+            }
+            if light < 256 {
+                canvas.fade(light);
             }
         });
         match shown {
@@ -478,14 +496,17 @@ fn report(line: &str) {
 impl ApplicationHandler<Message> for Viewer {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         let (width, height) = self.state.size_px();
+        let fills_screen = self.kiosk.is_some() && !self.has_own_size;
         let attributes = backend::named(
             Window::default_attributes()
                 .with_title(title(&self.opener))
-                .with_inner_size(physical(width, height)),
+                .with_inner_size(physical(width, height))
+                .with_fullscreen(fills_screen.then_some(Fullscreen::Borderless(None))),
         );
         match Screen::open(event_loop, attributes) {
             Ok(screen) => {
                 let size = screen.window.inner_size();
+                screen.window.set_cursor_visible(self.kiosk.is_none());
                 self.overlay.set_scale_factor(screen.window.scale_factor());
                 self.state.set_scale_factor(screen.window.scale_factor());
                 self.stage = Stage::Running(screen);
@@ -589,9 +610,15 @@ impl ApplicationHandler<Message> for Viewer {
             ));
         }
         self.note_settled();
+        let round = self.run_kiosk(event_loop);
         let due = self.order();
         self.refresh_overlay();
-        let wake = [due, self.opener.wake(Instant::now()), self.next_change()];
+        let wake = [
+            round,
+            due,
+            self.opener.wake(Instant::now()),
+            self.next_change(),
+        ];
         let wake = wake.into_iter().flatten().min();
         event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

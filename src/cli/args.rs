@@ -54,7 +54,7 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct ViewArgs {
     /// Scene file, or - for the standard input
-    #[arg(required_unless_present = "list_bindings")]
+    #[arg(required_unless_present_any = ["list_bindings", "kiosk"])]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub window: WindowOptions,
@@ -66,6 +66,11 @@ pub struct WindowOptions {
     /// Play the operations at once
     #[arg(long)]
     pub play: bool,
+    /// Show scenes, folders of scenes and demos (by name) in turn, all over the screen, and let no key but q do anything
+    ///
+    /// Each plays its operations once. Without names: SCENE alone, or all demos.
+    #[arg(long, value_name = "SCENE", num_args = 0.., conflicts_with_all = ["play_actions", "record_actions"])]
+    pub kiosk: Option<Vec<PathBuf>>,
     /// Draw nothing over the picture, not even messages
     #[arg(long)]
     pub no_overlay: bool,

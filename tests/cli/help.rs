@@ -19,8 +19,9 @@ const PICTURE: [&str; 10] = [
     "--pivot",
 ];
 const TIME: [&str; 4] = ["--fps", "--seconds-per-op", "--ease", "--steps"];
-const WINDOW: [&str; 7] = [
+const WINDOW: [&str; 8] = [
     "--play",
+    "--kiosk",
     "--no-overlay",
     "--target-fps",
     "--print-picks",

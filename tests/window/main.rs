@@ -8,10 +8,12 @@
 mod display;
 mod faults;
 mod hands;
+mod kiosk;
 mod opening;
 mod playing;
 mod recording;
 mod refining;
 mod sessions;
 mod shown;
+mod sides;
 mod support;

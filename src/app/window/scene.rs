@@ -32,7 +32,13 @@ pub(super) struct SaveEnding {
 impl Viewer {
     /// The opener heard something.
     pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
-        match self.opener.hear(heard, Instant::now()) {
+        let outcome = self.opener.hear(heard, Instant::now());
+        if self.kiosk.is_some() {
+            return outcome
+                .into_iter()
+                .for_each(|outcome| self.hear_in_kiosk(event_loop, outcome));
+        }
+        match outcome {
             Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
             Some(Outcome::Better(world)) => self.improve(world),
             Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
@@ -79,7 +85,7 @@ impl Viewer {
 
     /// Pictures to come are traced in a better tree of the same scene. Those on screen stay: only the view of the work
     /// done looks different.
-    fn improve(&mut self, world: Arc<World>) {
+    pub(super) fn improve(&mut self, world: Arc<World>) {
         self.slow.improve(&world);
         self.painter.set_world(world);
         if self.state.wish().shows_cost() {
@@ -96,7 +102,11 @@ impl Viewer {
     /// The first scene gives a window its shape, unless a size was asked for.
     pub(super) fn take_shape(&mut self, camera: &Camera) {
         let (width, height) = camera.default_size();
-        if self.has_own_size || self.picture.is_some() || self.state.size_px() == (width, height) {
+        if self.has_own_size
+            || self.kiosk.is_some()
+            || self.picture.is_some()
+            || self.state.size_px() == (width, height)
+        {
             return;
         }
         let mut resized = None;
@@ -117,6 +127,9 @@ impl Viewer {
     }
 
     pub(super) fn dropped(&mut self, path: PathBuf) {
+        if self.kiosk.is_some() {
+            return;
+        }
         self.state.advance(self.now());
         self.state.leave(Command::Open(path));
     }

@@ -113,7 +113,9 @@ impl Viewer {
         let now = self.now();
         let moved = self.input.cursor_moved(x, y, now);
         self.state.advance(now);
-        self.state.pointed_at((x, y));
+        if self.kiosk.is_none() {
+            self.state.pointed_at((x, y));
+        }
         let action = match (self.held, self.state.bar()) {
             (Held::Bar, Some(bar)) => Some(Action::Seek(bar.frame_at(x))),
             (Held::Divider, _) => Some(Action::SetDivider(self.state.divider_at(x))),

@@ -5,12 +5,12 @@
 //! or is due.
 
 mod kiosk;
+mod pictures;
 mod scene;
 mod session;
 mod sides;
 
 use std::io::{self, Write};
-use std::path::Path;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -29,15 +29,15 @@ use super::kiosk::Kiosk;
 use super::loader::{LoadError, Source};
 use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
-use super::pace::{Moment, Pace};
+use super::pace::Pace;
 use super::painter::{Notice, Painter, Picture};
 use super::screen::{Screen, Stage};
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keys, screenshot, script};
+use super::{AppError, AppOptions, backend, keys, script};
 use crate::camera::Pivot;
-use crate::render::{Renderer, Samples};
+use crate::render::Renderer;
 
 /// What other threads tell the event loop.
 #[derive(Debug)]
@@ -280,90 +280,6 @@ impl Viewer {
         self.stage.settle();
     }
 
-    /// What is to be drawn over the picture now.
-    fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
-        let board = self.opener.board(Instant::now());
-        let is_quiet = self.kiosk.is_some() && self.picture.is_some();
-        let board = board.filter(|_| self.state.may_overlay() && !is_quiet);
-        (self.state.overlay(), board)
-    }
-
-    /// Shows the newest picture, whole, with what is to be drawn over it.
-    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
-        self.state.advance(self.now());
-        self.drawn = self.wanted_overlay();
-        let Stage::Running(screen) = &mut self.stage else {
-            return;
-        };
-        let picture = self.picture.as_deref();
-        let figures = if self.drawn.0.statistics {
-            let mut lines = self.statistics.lines(picture, self.state.frame());
-            lines.extend(picture.map(fineness));
-            lines.push(self.pace.latencies.line());
-            lines
-        } else {
-            Vec::new()
-        };
-        let (overlay, drawn, slow) = (&mut self.overlay, &self.drawn, &self.slow);
-        let wish = picture.map(|p| &p.wish);
-        let labels = wish
-            .filter(|_| self.state.may_overlay())
-            .and_then(|wish| slow.labels(wish, self.side_times));
-        self.redrawn = Instant::now();
-        // Before the first picture there is a board to be read.
-        let kiosk = self.kiosk.as_ref().filter(|_| picture.is_some());
-        let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
-        let shown = screen.show(picture, |canvas| {
-            if let Some(wish) = wish {
-                slow.lay(wish, canvas.pixels, canvas.width);
-                if drawn.0.axes {
-                    overlay.axes(canvas, &wish.view, &drawn.0);
-                }
-            }
-            overlay.draw(canvas, &drawn.0, &figures);
-            if let Some(labels) = &labels {
-                overlay.labels(canvas, labels);
-            }
-            if let Some(board) = &drawn.1 {
-                overlay.board(canvas, board);
-            }
-            if light < 256 {
-                canvas.fade(light);
-            }
-        });
-        match shown {
-            Ok(time) => self.present = time,
-            Err(e) => return self.fail(event_loop, e),
-        }
-        self.slow.is_new = false;
-        if std::mem::take(&mut self.is_new)
-            && let Some(picture) = &self.picture
-        {
-            self.pace.shown(picture, Instant::now());
-            self.statistics.count(self.now(), self.present);
-        }
-    }
-
-    /// A picture came: the one before goes back to the render thread.
-    fn take_picture(&mut self, picture: Box<Picture>) {
-        if !self.pace.is_of_scene(&picture) {
-            return self.painter.give_back(picture.frame);
-        }
-        self.epoch.get_or_insert_with(Instant::now);
-        self.pace.took(&picture, self.present);
-        if picture.samples == Samples::ONE {
-            self.side_times = picture.side_times;
-        }
-        if let Some(old) = self.picture.replace(picture) {
-            self.painter.give_back(old.frame);
-        }
-        self.is_new = true;
-        self.stage.request_redraw();
-        if self.to_be_saved {
-            self.save_picture();
-        }
-    }
-
     /// Does what the state asks for.
     fn obey(&mut self, event_loop: &ActiveEventLoop) {
         for command in self.state.take_commands() {
@@ -389,64 +305,11 @@ impl Viewer {
         }
     }
 
-    /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
-    fn save_picture(&mut self) {
-        self.saving.retain(|thread| !thread.is_finished());
-        let is_ready = |p: &Picture| p.pixel_size == 1 && self.slow.are_whole(&p.wish);
-        self.to_be_saved = self.picture.as_deref().is_some_and(|p| !is_ready(p));
-        if self.to_be_saved {
-            return;
-        }
-        let Some(picture) = &self.picture else {
-            return self.tell("no picture to save yet");
-        };
-        let frame = self.slow.whole(&picture.wish, &picture.frame);
-        let proxy = self.proxy.clone();
-        self.saving.push(std::thread::spawn(move || {
-            let saved = screenshot::save(&frame, Path::new("."));
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::Saved(saved));
-        }));
-    }
-
     /// Says a line on the terminal and in the window.
     fn tell(&mut self, line: &str) {
         report(line);
         self.state.advance(self.now());
         self.state.say(line.to_string());
-    }
-
-    /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
-    fn order(&mut self) -> Option<Instant> {
-        let Stage::Running(screen) = &self.stage else {
-            return None;
-        };
-        if !self.opener.has_scene() {
-            return None;
-        }
-        let time_moves = self.session.time_moves();
-        let moment = Moment {
-            at: Instant::now(),
-            interval: screen.interval,
-            // While a script's time stands, so does the picture.
-            turning: time_moves && self.state.is_turning(),
-            frame_time: self.state.frame_time().filter(|_| time_moves),
-            must_be_fine: self.to_be_saved,
-        };
-        let wish = self.state.wish();
-        self.slow.order(&wish);
-        let step = self.pace.step(wish, &moment);
-        if let Some(order) = step.order {
-            self.painter.order(order);
-        }
-        step.wake
-    }
-
-    /// Asks for a redraw where what is drawn over the picture is not what should be.
-    fn refresh_overlay(&mut self) {
-        if self.drawn != self.wanted_overlay() {
-            self.stage.request_redraw();
-        }
     }
 
     /// When the state changes without an event.
@@ -475,17 +338,6 @@ fn title(opener: &Opener) -> String {
 fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
     let side = |n| u32::try_from(n).unwrap_or(u32::MAX);
     PhysicalSize::new(side(width), side(height))
-}
-
-/// How fine the picture is, for the figures.
-fn fineness(picture: &Picture) -> Line {
-    let (size, samples) = (picture.pixel_size, picture.samples.count());
-    let text = match (size, samples) {
-        (1, 1) => "1 sample a pixel".to_string(),
-        (1, _) => format!("{samples} samples a pixel"),
-        _ => format!("{size}x{size} pixels as one"),
-    };
-    Line::new("detail", text)
 }
 
 /// Says a line on the terminal; a terminal that is gone is no reason to stop.

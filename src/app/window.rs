@@ -284,6 +284,8 @@ impl Viewer {
     fn obey(&mut self, event_loop: &ActiveEventLoop) {
         for command in self.state.take_commands() {
             match command {
+                // Nobody at a kiosk reads the terminal.
+                Command::Report(_) if self.kiosk.is_some() => {}
                 Command::Report(line) => report(&line),
                 Command::Print(text) => print(&text),
                 Command::Probe(probe) => {

@@ -432,10 +432,9 @@ impl<'a> EngineAtWork<'a> {
             }
             Kind::Report(report) => {
                 for &(x, y) in pixels {
-                    if !go_on() {
-                        return false;
-                    }
-                    if let Some(hit) = report.trace(self.view, x0 + x, y0 + y, ids) {
+                    let hit = report.trace_while(self.view, x0 + x, y0 + y, ids, go_on);
+                    let Some(hit) = hit else { return false };
+                    if let Some(hit) = hit {
                         let at = pixel_offset(x, y);
                         tile.z[at] = (f64::from(self.t_per_w()) / hit.t) as f32;
                         tile.id[at] = hit.index;

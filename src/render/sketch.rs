@@ -1,6 +1,6 @@
 //! Pictures that come bit by bit: for the engines that test every triangle at every pixel.
 //!
-//! Such a picture may take hours, and somebody is looking: first one pixel of each 16x16 stands for all of them, then
+//! Such a picture may take hours, and somebody is looking: first one pixel of each tile stands for all of them, then
 //! the ones between follow, at half the distance each time. Every pixel is traced once, and in the end each is, to the
 //! bit, what [`Renderer::picture`] makes of it. Work can stop before any triangle or pixel and go on later; only
 //! the columns that are wanted are worked on.
@@ -16,8 +16,10 @@ use crate::shade::ViewMode;
 use crate::trace::{TILE, Tracer};
 use crate::world::World;
 
-/// Distances of the pixels of each pass, in pixels. A tile is a multiple of the first.
-const STEPS: [usize; 5] = [16, 8, 4, 2, 1];
+/// Distances of the pixels of each pass, in pixels. A tile is a multiple of each.
+const STEPS: [usize; 7] = [TILE, 32, 16, 8, 4, 2, 1];
+/// The passes after which one sees what the picture is of.
+const OUTLINE: usize = 3;
 
 /// A picture in the making.
 #[derive(Debug)]
@@ -119,10 +121,10 @@ impl Sketch {
         self.are_done(0..self.jobs.len())
     }
 
-    /// True when the whole of what is wanted can be seen, however coarse.
+    /// True when one sees what the picture is of: every wanted square of 16x16 pixels has a colour.
     #[must_use]
     pub fn is_outlined(&self) -> bool {
-        self.are_done(0..self.tiles())
+        self.are_done(0..OUTLINE * self.tiles())
     }
 
     fn are_done(&self, jobs: Range<usize>) -> bool {
@@ -183,8 +185,8 @@ impl Sketch {
 }
 
 impl Renderer {
-    /// Works on `sketch` until all that is wanted of it is done, or until `go_on` says no, which is asked before
-    /// every pixel or triangle. `told` is called after each job.
+    /// Works on `sketch` until all that is wanted of it is done, or until `go_on` says no, which is asked
+    /// every few triangles. `told` is called after each job.
     pub fn work_on(
         &self,
         world: &World,
@@ -196,6 +198,9 @@ impl Renderer {
             let sketch = lock(sketch);
             (sketch.view, sketch.settings)
         };
+        if !go_on() {
+            return;
+        }
         let engine = EngineAtWork::new(world, &view, settings.engine);
         let shader = settings.shader(world, &view, engine.t_per_w());
         self.pool.broadcast(|thread| {

@@ -146,7 +146,8 @@ impl SlowSides {
                 return Line::new(name, format!("{view}, {time}"));
             }
             let percent = shown.done * 100.0;
-            Line::new(name, format!("{view}, {percent:.1} %, {time}"))
+            let digits = if percent < 1.0 { 3 } else { 1 };
+            Line::new(name, format!("{view}, {percent:.digits$} %, {time}"))
         });
         if let [Some(left), Some(right)] = times {
             // By the pixel, so that it does not depend on where the divider is.

@@ -106,10 +106,12 @@ impl Pace {
         self.governor.forget();
     }
 
-    /// Pictures of the scene look different now: what stands is ordered once more.
-    pub fn again(&mut self) {
-        self.scene += 1;
+    /// The scene has a better tree. What stands is ordered once more, to learn what it takes now; if that
+    /// `looks_different`, pictures of the worse one are not shown any more.
+    pub fn improved(&mut self, looks_different: bool) {
+        self.governor.improved();
         self.sent = None;
+        self.scene += u64::from(looks_different);
     }
 
     /// True for pictures of the scene that is open; others were begun before.
@@ -422,6 +424,20 @@ mod tests {
         let order = pace.step(wish(1), &moment(start, 1)).order;
         let after = picture(&order.expect("the same wish of another scene"), 3);
         assert!(pace.is_of_scene(&after));
+    }
+
+    #[test]
+    fn a_better_tree_has_what_stands_ordered_once_more() {
+        let (mut pace, start) = pace();
+        let order = pace.step(wish(1), &moment(start, 0)).order;
+        let before = picture(&order.expect("the first"), 90);
+        for (ms, looks_different) in [(10, false), (20, true)] {
+            pace.improved(looks_different);
+            assert_eq!(pace.is_of_scene(&before), !looks_different);
+            let step = pace.step(wish(1), &moment(start, ms));
+            assert_eq!(step.order.expect("again").wish, wish(1));
+            assert_eq!(pace.step(wish(1), &moment(start, ms + 1)).order, None);
+        }
     }
 
     #[test]

@@ -109,6 +109,8 @@ struct Viewer {
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
+    /// The next one is in the making and will come.
+    is_awaited: bool,
     /// It has not been on screen.
     is_new: bool,
     /// How long it took to show the last one.
@@ -179,6 +181,7 @@ impl Viewer {
             cursor: CursorIcon::Default,
             proxy,
             picture: None,
+            is_awaited: false,
             is_new: false,
             present: Duration::ZERO,
             drawn: (OverlayWish::default(), None),
@@ -378,6 +381,7 @@ impl ApplicationHandler<Message> for Viewer {
         match message {
             Message::Painter(Notice::Picture(picture)) => self.take_picture(picture),
             Message::Painter(Notice::Failed(why)) => {
+                self.is_awaited = false;
                 self.tell(&format!("a picture failed: {why}"));
             }
             Message::Painter(Notice::Probed(answer)) => {

@@ -163,3 +163,16 @@ fn the_readme_has_the_table_of_keys_that_the_program_prints() {
         .collect();
     assert_eq!(table, rows);
 }
+
+#[test]
+fn the_page_about_the_window_names_every_key() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/viewer.md"))
+        .expect("there is a docs/viewer.md");
+    let run = Folder::new().run(&["--list-bindings"]).ok();
+    for line in run.stdout.lines() {
+        let (chords, _) = line.split_once("  ").expect("two columns");
+        for chord in chords.split(' ') {
+            assert!(page.contains(&format!("`{chord}`")), "no `{chord}`");
+        }
+    }
+}

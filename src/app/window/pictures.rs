@@ -80,6 +80,7 @@ impl Viewer {
 
     /// A picture came: the one before goes back to the render thread.
     pub(super) fn take_picture(&mut self, picture: Box<Picture>) {
+        self.is_awaited = false;
         if !self.pace.is_of_scene(&picture) {
             return self.painter.give_back(picture.frame);
         }
@@ -123,7 +124,9 @@ impl Viewer {
         let Stage::Running(screen) = &self.stage else {
             return None;
         };
-        if !self.opener.has_scene() {
+        // One after the other: the next picture would take the cores from showing this one. The newest wish waits
+        // here; that of a picture which may be interrupted need not.
+        if !self.opener.has_scene() || self.is_awaited || self.is_new {
             return None;
         }
         let time_moves = self.session.time_moves();
@@ -139,6 +142,7 @@ impl Viewer {
         self.slow.order(&wish);
         let step = self.pace.step(wish, &moment);
         if let Some(order) = step.order {
+            self.is_awaited = order.moving;
             self.painter.order(order);
         }
         step.wake

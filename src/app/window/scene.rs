@@ -83,14 +83,11 @@ impl Viewer {
         self.set_title();
     }
 
-    /// Pictures to come are traced in a better tree of the same scene. Those on screen stay: only the view of the work
-    /// done looks different.
+    /// Pictures to come are traced in a better tree of the same scene. Only the view of the work done looks different.
     pub(super) fn improve(&mut self, world: Arc<World>) {
         self.slow.improve(&world);
         self.painter.set_world(world);
-        if self.state.wish().shows_cost() {
-            self.pace.again();
-        }
+        self.pace.improved(self.state.wish().shows_cost());
     }
 
     pub(super) fn set_title(&mut self) {

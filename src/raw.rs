@@ -180,6 +180,36 @@ impl<'a, T> TiledPlane<'a, T> {
     }
 }
 
+impl<'a, T> PlaneTile<'a, T> {
+    /// A tile in memory of its own, `width * height` pixels row by row, which says that its first pixel is in column
+    /// `x` and row `y` of a plane.
+    ///
+    /// # Panics
+    /// When the sizes do not fit together.
+    pub fn alone(
+        pixels: &'a mut [T],
+        x: usize,
+        y: usize,
+        width: usize,
+        height: usize,
+    ) -> PlaneTile<'a, T> {
+        assert_eq!(
+            width.checked_mul(height),
+            Some(pixels.len()),
+            "tile and size differ"
+        );
+        PlaneTile {
+            first: pixels.as_mut_ptr(),
+            stride: width,
+            x,
+            y,
+            width,
+            height,
+            plane: PhantomData,
+        }
+    }
+}
+
 // The sizes are read-only from outside: `row` relies on them.
 impl<T> PlaneTile<'_, T> {
     /// Column of the tile's first pixel in the plane.
@@ -213,7 +243,7 @@ impl<T> PlaneTile<'_, T> {
     #[inline(always)]
     pub fn row(&mut self, row: usize) -> &mut [T] {
         assert!(row < self.height, "no such row");
-        // SAFETY: `row < height` and `width` keep inside the tile, the tile lies inside the plane, which is
+        // SAFETY: `row < height` and `width` keep inside the tile, the tile lies inside the plane, or is all of it, which is
         // borrowed for `'a`; no one else has this tile, and `&mut self` keeps its rows from being lent twice.
         unsafe { std::slice::from_raw_parts_mut(self.first.add(row * self.stride), self.width) }
     }
@@ -248,6 +278,15 @@ mod tests {
             assert!(tiles.next().is_none());
             assert!(plane.iter().all(|&p| p == 1), "{w}x{h} in tiles of {size}");
         }
+    }
+
+    #[test]
+    fn a_tile_alone_has_its_rows_and_says_where_it_lies() {
+        let mut pixels = [0u8; 6];
+        let mut tile = PlaneTile::alone(&mut pixels, 64, 128, 3, 2);
+        assert_eq!((tile.x(), tile.y()), (64, 128));
+        tile.row(1).copy_from_slice(&[7, 8, 9]);
+        assert_eq!(pixels, [0, 0, 0, 7, 8, 9]);
     }
 
     #[test]

@@ -114,6 +114,7 @@ fn pictures_are_the_same_bits_everywhere() {
                 kernel,
                 mode,
                 reflection,
+                ..Settings::default()
             };
             let brute = settings(Engine::Brute, Kernel::Scalar);
             let brute = render(&renderers[0], &world, &camera, &brute);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::render::ViewMode;
 use crate::scene::Axis;
 
 /// Something that changes the viewer's state. Distances and places are in physical pixels, right and down.
@@ -116,10 +117,30 @@ pub enum Action {
     ReturnToScene,
     /// The next kind of picture.
     NextView,
+    /// That kind of picture.
+    ShowView(ViewMode),
+    /// The next engine: fast, brute, report.
+    NextEngine,
+    /// Two engines or views side by side, or one.
+    ToggleSplit,
+    /// The left side has so large a part of the picture's width, from 0 to 1.
+    SetDivider(f64),
+    /// The next engine of the right side.
+    NextRightEngine,
+    /// The next kind of picture of the right side.
+    NextRightView,
+    /// That kind of picture on the right side.
+    ShowRightView(ViewMode),
+    /// So many times as many tests are white in the view of the work done.
+    ScaleCost(f64),
     /// The next kernel that this CPU has.
     NextKernel,
     /// Show or hide the figures.
     ToggleStatistics,
+    /// Show or hide the cross of the axes.
+    ToggleAxes,
+    /// Draw what lies over the picture so many steps larger.
+    Zoom(i32),
     /// Show or hide the key sheet.
     ToggleSheet,
     /// Save the picture as it is rendered.
@@ -174,8 +195,13 @@ const WORDS: &[(&str, Action)] = &[
     ("decline", Action::Decline),
     ("return", Action::ReturnToScene),
     ("next-view", Action::NextView),
+    ("next-engine", Action::NextEngine),
+    ("split", Action::ToggleSplit),
+    ("next-right-engine", Action::NextRightEngine),
+    ("next-right-view", Action::NextRightView),
     ("next-kernel", Action::NextKernel),
     ("statistics", Action::ToggleStatistics),
+    ("axes", Action::ToggleAxes),
     ("sheet", Action::ToggleSheet),
     ("screenshot", Action::Screenshot),
     ("fullscreen", Action::ToggleFullscreen),
@@ -192,6 +218,14 @@ const SIDES: [(&str, Side); 4] = [
     ("right", Side::Right),
     ("top", Side::Top),
     ("corner", Side::Corner),
+];
+
+const VIEWS: [(&str, ViewMode); 5] = [
+    ("shaded", ViewMode::Shaded),
+    ("id", ViewMode::Id),
+    ("normal", ViewMode::Normal),
+    ("depth", ViewMode::Depth),
+    ("cost", ViewMode::Cost),
 ];
 
 fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
@@ -231,6 +265,11 @@ impl fmt::Display for Action {
             Action::StepFrames(frames) => write!(f, "step {frames}"),
             Action::Seek(frame) => write!(f, "seek {frame}"),
             Action::ScaleSpeed(factor) => write!(f, "speed {factor}"),
+            Action::ShowView(mode) => write!(f, "view {}", name_of(&VIEWS, mode)),
+            Action::ShowRightView(mode) => write!(f, "right-view {}", name_of(&VIEWS, mode)),
+            Action::Zoom(steps) => write!(f, "zoom {steps}"),
+            Action::SetDivider(part) => write!(f, "divider {part}"),
+            Action::ScaleCost(factor) => write!(f, "scale-cost {factor}"),
             plain => f.write_str(name_of(WORDS, plain)),
         }
     }
@@ -257,6 +296,13 @@ impl<'t> Words<'t> {
             Ok(number)
         } else {
             Err(format!("{what} must lie between -1e6 and 1e6"))
+        }
+    }
+
+    fn factor(&mut self) -> Result<f64, String> {
+        match self.number("a factor")? {
+            factor if factor > 0.0 => Ok(factor),
+            _ => Err("the factor must be above 0".to_owned()),
         }
     }
 
@@ -344,10 +390,15 @@ fn action(name: &str, words: &mut Words<'_>) -> Result<Action, String> {
         "pivot" => Action::SetPivot(w.place()?),
         "step" => Action::StepFrames(w.value("a number of frames")?),
         "seek" => Action::Seek(w.value("the number of a frame")?),
-        "speed" => match w.number("a factor")? {
-            factor if factor > 0.0 => Action::ScaleSpeed(factor),
-            _ => return Err("the factor must be above 0".to_owned()),
+        "speed" => Action::ScaleSpeed(w.factor()?),
+        "view" => Action::ShowView(w.one_of(&VIEWS)?),
+        "right-view" => Action::ShowRightView(w.one_of(&VIEWS)?),
+        "zoom" => match w.value("a number of steps")? {
+            steps @ -100..=100 => Action::Zoom(steps),
+            _ => return Err("at most 100 steps".to_owned()),
         },
+        "divider" => Action::SetDivider(w.number("a part of 1")?),
+        "scale-cost" => Action::ScaleCost(w.factor()?),
         _ => return Err("is no action".to_owned()),
     })
 }
@@ -385,7 +436,13 @@ mod tests {
             Action::StepFrames(-1),
             Action::Seek(u64::MAX),
             Action::ScaleSpeed(1.1),
+            Action::Zoom(-2),
+            Action::SetDivider(0.25),
+            Action::ScaleCost(0.5),
         ]);
+        for (_, mode) in VIEWS {
+            actions.extend([Action::ShowView(mode), Action::ShowRightView(mode)]);
+        }
         for action in actions {
             let line = action.to_string();
             assert_eq!(line.parse(), Ok(action), "{line}");

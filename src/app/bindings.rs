@@ -8,6 +8,7 @@
 use std::fmt;
 
 use super::action::{Action, Side};
+use crate::render::ViewMode;
 use crate::scene::Axis;
 
 /// A key by what it types, not by where it sits. Letters are lower case; Shift is told apart.
@@ -35,6 +36,10 @@ pub enum Key {
     PageUp,
     /// Page down.
     PageDown,
+    /// Tab.
+    Tab,
+    /// A function key.
+    F(u8),
 }
 
 /// A button of the mouse.
@@ -138,6 +143,8 @@ impl fmt::Display for Chord {
             Trigger::Key(Key::Backspace) => f.write_str("Backspace"),
             Trigger::Key(Key::PageUp) => f.write_str("PageUp"),
             Trigger::Key(Key::PageDown) => f.write_str("PageDown"),
+            Trigger::Key(Key::Tab) => f.write_str("Tab"),
+            Trigger::Key(Key::F(number)) => write!(f, "F{number}"),
             Trigger::Drag(Button::Left) => f.write_str("left-drag"),
             Trigger::Drag(Button::Middle) => f.write_str("middle-drag"),
             Trigger::Drag(Button::Right) => f.write_str("right-drag"),
@@ -265,11 +272,19 @@ const fn look(c: char, from: Side, modifiers: Modifiers) -> Binding {
     with(modifiers, Key::Char(c), action, says)
 }
 
+const fn view(number: u8, mode: ViewMode) -> Binding {
+    key(Key::F(number), Action::ShowView(mode), VIEWS)
+}
+
+const VIEWS: &str = "view: shaded, id, normal, depth, cost";
+const COST: &str = "the view cost: brighter, darker";
+const RIGHT: &str = "right side of a split: next engine, next view";
 const FRAME: &str = "one frame back, one on";
 const OPERATION: &str = "one operation back, one on";
 const ENDS: &str = "to the first frame, to the last";
 const SPEED: &str = "play at half the speed, slower, faster, at twice the speed";
 const BROWSE: &str = "next or previous scene of the folder";
+const ZOOM: &str = "larger, smaller letters over the picture";
 const SHEET: &str = "this sheet on or off";
 const UNDO: &str = "undo a move, redo it";
 const SAVE: &str = "save the scene with the moves; under a new name";
@@ -378,12 +393,45 @@ pub const BINDINGS: &[Binding] = &[
         Action::NextView,
         "next view: shaded, id, normal, depth, cost",
     ),
+    view(1, ViewMode::Shaded),
+    view(2, ViewMode::Id),
+    view(3, ViewMode::Normal),
+    view(4, ViewMode::Depth),
+    view(5, ViewMode::Cost),
+    key(Key::F(9), Action::ScaleCost(0.5), COST),
+    key(Key::F(10), Action::ScaleCost(2.0), COST),
+    letter(
+        'b',
+        Action::NextEngine,
+        "next engine: fast, brute force, the report's method",
+    ),
+    key(
+        Key::Tab,
+        Action::ToggleSplit,
+        "split: two engines or views side by side; drag the divider",
+    ),
+    with(
+        Modifiers::SHIFT,
+        Key::Char('b'),
+        Action::NextRightEngine,
+        RIGHT,
+    ),
+    with(
+        Modifiers::SHIFT,
+        Key::Char('v'),
+        Action::NextRightView,
+        RIGHT,
+    ),
     letter(
         'k',
         Action::NextKernel,
         "next kernel: scalar, SSE, AVX2, AVX-512",
     ),
     letter('i', Action::ToggleStatistics, "statistics on or off"),
+    letter('a', Action::ToggleAxes, "the cross of the axes on or off"),
+    with(Modifiers::CTRL, Key::Char('='), Action::Zoom(1), ZOOM),
+    with(Modifiers::CTRL, Key::Char('+'), Action::Zoom(1), ZOOM),
+    with(Modifiers::CTRL, Key::Char('-'), Action::Zoom(-1), ZOOM),
     letter('s', Action::Screenshot, "save the picture as a PNG file"),
     letter('f', Action::ToggleFullscreen, "fullscreen on or off"),
     key(Key::PageDown, Action::Browse { forward: true }, BROWSE),

@@ -31,6 +31,8 @@ pub struct Governor {
     moving: VecDeque<Duration>,
     /// Times of the last fine pictures of what stood still.
     standing: VecDeque<Duration>,
+    /// They are of a worse tree than there is now.
+    is_outdated: bool,
     /// Pictures in a row that would have been in time a step finer.
     promising: u32,
     patience: u32,
@@ -45,6 +47,7 @@ impl Default for Governor {
             step: 0,
             moving: VecDeque::new(),
             standing: VecDeque::new(),
+            is_outdated: false,
             promising: 0,
             patience: PATIENCE,
             since_finer: None,
@@ -64,8 +67,19 @@ impl Governor {
         *self = Governor::default();
     }
 
+    /// The same scene has a better tree: pictures are faster from now on, and mistakes were those of the worse one.
+    pub fn improved(&mut self) {
+        self.is_outdated = true;
+        self.promising = 0;
+        self.patience = PATIENCE;
+        self.since_finer = None;
+    }
+
     /// A fine picture of what stands still took `time`.
     pub fn stood(&mut self, time: Duration) {
+        if std::mem::take(&mut self.is_outdated) {
+            self.standing.clear();
+        }
         remember(&mut self.standing, time);
     }
 
@@ -288,6 +302,19 @@ mod tests {
         g.forget();
         g.begin(DEADLINE);
         assert_eq!(g.pixel_size(), 1);
+    }
+
+    #[test]
+    fn a_better_tree_makes_finer_what_the_coarse_one_made_coarse() {
+        let mut g = Governor::default();
+        g.stood(ms(90.0));
+        // Built beside the pictures: nothing is in time.
+        play(&mut g, 60, 90.0, 40.0);
+        assert_eq!(g.pixel_size(), 8);
+        g.improved();
+        g.stood(ms(18.0));
+        let sizes = play(&mut g, 200, 18.0, 6.0);
+        assert_eq!(sizes.last(), Some(&2), "{sizes:?}");
     }
 
     #[test]

@@ -13,8 +13,8 @@ use super::bindings::{
 };
 use crate::scene::Axis;
 
-/// The triggers that have a name; others are the letter or sign that they type.
-const NAMED: [Trigger; 16] = [
+/// The triggers that have a name, beside the function keys; others are the letter or sign that they type.
+const NAMED: [Trigger; 17] = [
     Trigger::Key(Key::Space),
     Trigger::Key(Key::Enter),
     Trigger::Key(Key::Escape),
@@ -25,6 +25,7 @@ const NAMED: [Trigger; 16] = [
     Trigger::Key(Key::Backspace),
     Trigger::Key(Key::PageUp),
     Trigger::Key(Key::PageDown),
+    Trigger::Key(Key::Tab),
     Trigger::Drag(Button::Left),
     Trigger::Drag(Button::Middle),
     Trigger::Drag(Button::Right),
@@ -196,6 +197,10 @@ fn name_of(effect: Effect) -> String {
             _ if factor < 2.0 => "faster".into(),
             _ => "double-speed".into(),
         },
+        Effect::Press(Action::ScaleCost(factor)) if factor < 1.0 => "brighter-cost".into(),
+        Effect::Press(Action::ScaleCost(_)) => "darker-cost".into(),
+        Effect::Press(Action::Zoom(steps)) if steps > 0 => "larger-letters".into(),
+        Effect::Press(Action::Zoom(_)) => "smaller-letters".into(),
         Effect::Press(action) => action.to_string().replace(' ', "-"),
         Effect::Hold { axis, reverse } => {
             let axis = match axis {
@@ -277,7 +282,8 @@ impl FromStr for Chord {
 }
 
 fn trigger_of(text: &str) -> Result<Trigger, String> {
-    for trigger in NAMED {
+    let function_keys = (1..=12).map(|number| Trigger::Key(Key::F(number)));
+    for trigger in NAMED.into_iter().chain(function_keys) {
         let modifiers = Modifiers::default();
         let name = Chord { trigger, modifiers }.to_string();
         if name.eq_ignore_ascii_case(text) {

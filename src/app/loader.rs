@@ -1,8 +1,9 @@
 //! Reads, parses and compiles scenes on threads of its own, while the window goes on.
 //!
 //! One load at a time: the next one makes the one before void. A load that is cancelled ends at its next stage, and
-//! what it still says is known by its number and not listened to. A world may be followed by a better one of the same
-//! scene: whoever listens swaps them between two pictures.
+//! what it still says is known by its number and not listened to. A large scene comes twice: with a coarse tree, so
+//! that a picture stands as soon as may be, and then with the better one, which is built meanwhile. Whoever listens
+//! swaps them between two pictures, which are the same to the bit.
 
 use std::fmt;
 use std::fs;
@@ -14,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use super::painter::message_of;
+use crate::bvh::Quality;
 use crate::camera::Camera;
 use crate::demo::{self, Demo};
 use crate::geometry::Aabb;
@@ -22,6 +24,9 @@ use crate::world::World;
 
 /// Where the text of a scene begins, read ahead to learn its camera.
 const HEAD_BYTES: usize = 1 << 14;
+
+/// Scenes with so many triangles are shown with a coarse tree first: the better one of fewer is there at once.
+const LARGE: usize = 50_000;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug)]
@@ -87,6 +92,8 @@ pub struct Loaded {
     pub bounds: Aabb,
     /// The scene for the kernels.
     pub world: Arc<World>,
+    /// Its tree is a coarse one: [`Told::Better`] follows.
+    pub is_coarse: bool,
 }
 
 /// What a load is busy with.
@@ -120,8 +127,10 @@ pub enum Told {
     At(Stage),
     /// The text is the known one: there is nothing to load.
     Known,
-    /// It is done.
+    /// There is something to show, or never will be.
     Done(Result<Box<Loaded>, LoadError>),
+    /// The same scene in a better tree, after [`Loaded::is_coarse`].
+    Better(Arc<World>),
 }
 
 impl Source {
@@ -258,14 +267,13 @@ impl Loader {
         let (number, threads) = (self.newest, self.threads);
         let cancelled = Arc::clone(&self.cancelled);
         let work = move || {
-            let at = |stage| tell(number, Told::At(stage));
+            let tell = |told| tell(number, told);
             let known = known.as_ref().map(|text| &text[..]);
-            let done = catch_unwind(AssertUnwindSafe(|| {
-                load(&source, known, threads, &cancelled, &at)
+            let ended = catch_unwind(AssertUnwindSafe(|| {
+                load(&source, known, threads, &cancelled, &tell);
             }));
-            let broken = |why| Some(Told::Done(Err(LoadError::Broken(why))));
-            if let Some(told) = done.unwrap_or_else(|panic| broken(message_of(&*panic))) {
-                tell(number, told);
+            if let Err(panic) = ended {
+                tell(Told::Done(Err(LoadError::Broken(message_of(&*panic)))));
             }
         };
         thread::Builder::new()
@@ -288,149 +296,64 @@ impl Loader {
     }
 }
 
-/// The whole way from a source to a world; `None` when it was cancelled on the way.
+/// The whole way from a source to a world, told step by step; it ends early when it is cancelled.
 fn load(
     source: &Source,
     known: Option<&[u8]>,
     threads: usize,
     cancelled: &AtomicBool,
-    at: &(impl Fn(Stage) + Sync),
-) -> Option<Told> {
+    tell: &(impl Fn(Told) + Sync),
+) {
+    let is_cancelled = || cancelled.load(Ordering::Relaxed);
     // Threads of its own: those that render have pictures to make meanwhile.
-    let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+    let pool = match pool(threads) {
         Ok(pool) => pool,
-        Err(e) => {
-            let why = format!("the system gives no threads: {e}");
-            return Some(Told::Done(Err(LoadError::Broken(why))));
-        }
+        Err(e) => return tell(Told::Done(Err(e))),
     };
-    let scene = match pool.install(|| source.parse(known, at)) {
+    let at = |stage| tell(Told::At(stage));
+    let scene = match pool.install(|| source.parse(known, &at)) {
         Ok(Some(scene)) => scene,
-        Ok(None) => return Some(Told::Known),
-        Err(e) => return Some(Told::Done(Err(e))),
+        Ok(None) => return tell(Told::Known),
+        Err(e) => return tell(Told::Done(Err(e))),
     };
-    if cancelled.load(Ordering::Relaxed) {
-        return None;
+    if is_cancelled() {
+        return;
     }
+    let is_coarse = scene.triangles.len() >= LARGE;
+    let quality = match is_coarse {
+        true => Quality::Coarse,
+        false => Quality::Fine,
+    };
     at(Stage::Building(scene.triangles.len()));
-    let world = Arc::new(pool.install(|| World::compile(&scene)));
+    let world = Arc::new(pool.install(|| World::with_quality(&scene, quality)));
     let bounds = world.bounds();
-    Some(Told::Done(Ok(Box::new(Loaded {
+    tell(Told::Done(Ok(Box::new(Loaded {
         camera: scene.camera,
         base: Camera::of_scene(&scene, bounds),
-        operations: scene.operations,
+        operations: scene.operations.clone(),
         bounds,
         world,
-    }))))
+        is_coarse,
+    }))));
+    if !is_coarse || is_cancelled() {
+        return;
+    }
+    // Half of the threads: the hand has begun to turn the scene.
+    let half = pool.current_num_threads().div_ceil(2);
+    drop(pool);
+    let better = self::pool(half).map(|pool| pool.install(|| World::compile(&scene)));
+    // Without threads the coarse tree stays: it shows the same.
+    if let Ok(world) = better {
+        tell(Told::Better(Arc::new(world)));
+    }
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, LoadError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| LoadError::Broken(format!("the system gives no threads: {e}")))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::sync::mpsc::{Receiver, channel};
-    use std::time::Duration;
-
-    const CAMERA: &str = "<s 0 0 5 -1.6 0.9 3 1.6 0.9 3 -1.6 -0.9 3";
-
-    fn text(text: &str) -> Source {
-        Source::Text {
-            name: "it".into(),
-            text: Arc::new(text.into()),
-        }
-    }
-
-    fn start(loader: &mut Loader, source: Source) -> Receiver<(u64, Told)> {
-        let (send, receive) = channel();
-        let tell = move |number, told| {
-            let _ = send.send((number, told));
-        };
-        loader.start(source, None, tell).expect("a thread");
-        receive
-    }
-
-    fn done(told: &Receiver<(u64, Told)>) -> (u64, Result<Box<Loaded>, LoadError>) {
-        loop {
-            match told.recv_timeout(Duration::from_secs(20)).expect("an end") {
-                (number, Told::Done(done)) => return (number, done),
-                (_, Told::At(_) | Told::Known) => {}
-            }
-        }
-    }
-
-    #[test]
-    fn a_scene_comes_with_its_stages_and_its_world() {
-        let mut loader = Loader::new(1);
-        let scene = format!("{CAMERA} 0 0 -1 1 0 0 0 1 0 0 0 1 0 9 9 9 <o 1 <x 0.5");
-        let told = start(&mut loader, text(&scene));
-        let stages: Vec<String> = std::iter::from_fn(|| match told.recv() {
-            Ok((_, Told::At(stage))) => Some(stage.to_string()),
-            Ok((number, Told::Done(Ok(loaded)))) => {
-                assert!(loader.is_newest(number));
-                assert_eq!(loaded.operations.len(), 1);
-                assert_eq!(loaded.world.triangle_count(), 1);
-                None
-            }
-            other => panic!("{other:?}"),
-        })
-        .collect();
-        assert_eq!(stages, ["parsing 0.0 MB", "building a tree of 1 triangles"]);
-    }
-
-    #[test]
-    fn a_bad_text_is_told_with_its_place_and_a_missing_file_with_its_name() {
-        let mut loader = Loader::new(1);
-        let (_, bad) = done(&start(&mut loader, text("<d\n0 0 -1\n1\nx")));
-        let words = bad.expect_err("not a scene").to_string();
-        assert!(words.starts_with("it:4:1: expected"), "{words}");
-        assert!(words.contains('^'), "{words}");
-        let missing = Source::File("there/is/none.txt".into());
-        let (_, missing) = done(&start(&mut loader, missing));
-        let words = missing.expect_err("no file").to_string();
-        assert_eq!(words, "cannot read there/is/none.txt: no such file");
-    }
-
-    #[test]
-    fn a_text_that_is_known_is_not_loaded() {
-        let mut loader = Loader::new(1);
-        let scene = format!("{CAMERA} 0 0 -1 0");
-        for (known, is_loaded) in [(scene.clone(), false), (scene.clone() + " ", true)] {
-            let (send, receive) = channel();
-            let tell = move |_, told| {
-                let _ = send.send(told);
-            };
-            let known = Some(Arc::new(known.into_bytes()));
-            loader.start(text(&scene), known, tell).expect("a thread");
-            let last = receive.iter().last();
-            assert_eq!(matches!(last, Some(Told::Known)), !is_loaded, "{last:?}");
-            assert_eq!(matches!(last, Some(Told::Done(Ok(_)))), is_loaded);
-        }
-    }
-
-    #[test]
-    fn only_the_newest_load_counts_and_none_after_a_cancel() {
-        let mut loader = Loader::new(1);
-        let first = start(&mut loader, text(CAMERA));
-        let second = start(&mut loader, text(CAMERA));
-        let (number, _) = done(&second);
-        assert!(loader.is_newest(number));
-        loader.cancel();
-        assert!(!loader.is_newest(number));
-        for (number, _) in first.iter().chain(second.try_iter()) {
-            assert!(!loader.is_newest(number));
-        }
-    }
-
-    #[test]
-    fn the_head_of_a_text_tells_the_size_of_its_picture() {
-        let size = |s: &str| text(s).default_size();
-        assert_eq!(
-            size(&format!("# a\n{CAMERA} 0 0 -1 7 .. ")),
-            Some((853, 480))
-        );
-        let apart = CAMERA.replace("<s", "< S").replace("0 5", "0 5 # eye\n");
-        assert_eq!(size(&apart), Some((853, 480)));
-        assert_eq!(size("<d 0 0 -1 0"), None);
-        assert_eq!(size("<s 1 2"), None);
-        assert_eq!(size(""), None);
-    }
-}
+mod tests;

@@ -10,6 +10,7 @@
 mod action;
 mod backend;
 mod bindings;
+mod companion;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod display;
 pub mod folders;
@@ -20,6 +21,7 @@ mod journal;
 mod keyboard;
 mod keymap;
 mod keys;
+mod kiosk;
 mod latency;
 mod loader;
 mod memory;
@@ -36,6 +38,7 @@ mod screenshot;
 mod script;
 mod scrub;
 mod session;
+mod side;
 mod state;
 mod statistics;
 #[cfg(all(unix, not(target_vendor = "apple")))]
@@ -74,6 +77,8 @@ pub struct AppOptions {
     pub stretch: bool,
     /// What operations and hands turn the camera about.
     pub pivot: Pivot,
+    /// Scenes to be shown in turn, after `source`, which is the first of them, and nothing that hands do.
+    pub kiosk: Option<Vec<Source>>,
     /// Begin by playing the operations.
     pub play: bool,
     /// Something may be drawn over the picture when it is asked for.
@@ -146,4 +151,5 @@ impl std::error::Error for AppError {}
 pub use journal::interrupted;
 pub use keymap::{Keymap, Rebinding, names as names_of_keys};
 pub use loader::{LoadError, Source, read_file};
+pub use opener::scenes_in;
 pub use window::run;

@@ -9,6 +9,7 @@ use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
 use super::save::{Saved, Stamp};
 use super::watch::Watch;
+use crate::world::World;
 
 /// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
 const SETTLE: Duration = Duration::from_millis(60);
@@ -39,6 +40,8 @@ pub enum Outcome {
         /// It is the same file as before, saved again.
         again: bool,
     },
+    /// The scene on screen has a better tree now: nothing looks different.
+    Better(Arc<World>),
     /// There is nothing to show, and will not be.
     Fatal(LoadError),
     /// It is not shown; the terminal may be told why.
@@ -61,6 +64,8 @@ pub struct Opener {
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
+    /// A better tree of it is being built.
+    is_improving: bool,
     error: Option<Vec<Line>>,
     reload_at: Option<Instant>,
     /// What we wrote to the file ourselves: the scene shown, with its moves.
@@ -90,6 +95,7 @@ impl Opener {
             loading: None,
             is_shown: false,
             has_any: false,
+            is_improving: false,
             error: None,
             reload_at: None,
             written: None,
@@ -124,6 +130,12 @@ impl Opener {
     #[must_use]
     pub fn has_scene(&self) -> bool {
         self.has_any
+    }
+
+    /// True while a better tree of the scene on screen is on its way.
+    #[must_use]
+    pub fn is_improving(&self) -> bool {
+        self.is_improving
     }
 
     /// Loads the scene and watches its file.
@@ -193,6 +205,8 @@ impl Opener {
     fn load(&mut self) -> Result<(), LoadError> {
         self.reload_at = None;
         self.next_stamp = Stamp::of(&self.source);
+        // The load that would bring a better tree is void.
+        self.is_improving = false;
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
@@ -239,6 +253,10 @@ impl Opener {
                 self.loading = None;
                 Some(self.done(done))
             }
+            Heard::Load(_, Told::Better(world)) => {
+                self.is_improving = false;
+                Some(Outcome::Better(world))
+            }
         }
     }
 
@@ -249,6 +267,7 @@ impl Opener {
                 self.written = None;
                 self.stamp = self.next_stamp;
                 self.has_any = true;
+                self.is_improving = loaded.is_coarse;
                 let again = std::mem::replace(&mut self.is_shown, true);
                 Outcome::Show { loaded, again }
             }
@@ -318,19 +337,33 @@ fn lines_of(error: &LoadError) -> Vec<Line> {
         .collect()
 }
 
+/// The scene files (`.txt`) of a folder, by name.
+///
+/// # Errors
+/// When it cannot be listed.
+pub fn scenes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let is_scene =
+        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) && p.is_file();
+    let entries = std::fs::read_dir(folder)?;
+    let mut scenes: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(is_scene)
+        .collect();
+    scenes.sort();
+    Ok(scenes)
+}
+
 fn neighbour(path: &Path, forward: bool) -> Option<PathBuf> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    let is_scene =
-        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt")) && p.is_file();
-    let entries = std::fs::read_dir(folder).ok()?;
-    let mut others: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(path.with_file_name(entry.ok()?.file_name())))
-        .filter(|p| p.as_path() != path && is_scene(p))
-        .collect();
-    others.sort();
+    let mut others = scenes_in(folder).ok()?;
+    // Named as the file is: without a folder, if it has none.
+    for other in &mut others {
+        *other = path.with_file_name(other.file_name()?);
+    }
+    others.retain(|p| p.as_path() != path);
     let next = others.partition_point(|p| p.as_path() < path);
     match (forward, others.is_empty()) {
         (_, true) => None,
@@ -340,175 +373,4 @@ fn neighbour(path: &Path, forward: bool) -> Option<PathBuf> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::sync::mpsc::{Receiver, channel};
-
-    const GOOD: &str = "<d 0 0 -1 0";
-
-    fn opener(path: &Path) -> (Opener, Receiver<Heard>) {
-        let (send, receive) = channel();
-        let tell = move |heard| {
-            let _ = send.send(heard);
-        };
-        let mut opener = Opener::new(Source::File(path.into()), 1, tell);
-        opener.begin().expect("a thread");
-        (opener, receive)
-    }
-
-    /// Goes on until something follows for the window.
-    fn outcome(opener: &mut Opener, heard: &Receiver<Heard>) -> Outcome {
-        let start = Instant::now();
-        loop {
-            assert!(start.elapsed() < Duration::from_secs(20), "no outcome");
-            opener.tick(Instant::now()).expect("a thread");
-            if let Ok(heard) = heard.recv_timeout(Duration::from_millis(20))
-                && let Some(outcome) = opener.hear(heard, Instant::now())
-            {
-                return outcome;
-            }
-        }
-    }
-
-    #[test]
-    fn a_bad_save_keeps_the_scene_and_shows_the_error_until_the_file_is_good_again() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.txt");
-        std::fs::write(&file, GOOD).expect("written");
-        let (mut opener, heard) = opener(&file);
-        let first = outcome(&mut opener, &heard);
-        assert!(
-            matches!(first, Outcome::Show { again: false, .. }),
-            "{first:?}"
-        );
-        std::fs::write(&file, "<d 0 0 x 0").expect("written");
-        let kept = outcome(&mut opener, &heard);
-        assert!(matches!(kept, Outcome::Kept(_)), "{kept:?}");
-        let board = opener.board(Instant::now()).expect("an error");
-        assert!(board[0].text.contains("a.txt:1:8: expected"), "{board:?}");
-        assert!(
-            board.iter().any(|line| line.text.contains('^')),
-            "{board:?}"
-        );
-        std::fs::write(&file, GOOD).expect("written");
-        let again = outcome(&mut opener, &heard);
-        assert!(
-            matches!(again, Outcome::Show { again: true, .. }),
-            "{again:?}"
-        );
-        assert_eq!(opener.board(Instant::now()), None);
-    }
-
-    #[test]
-    fn what_we_save_ourselves_is_not_loaded_and_what_others_save_is() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.txt");
-        std::fs::write(&file, GOOD).expect("written");
-        let (mut opener, heard) = opener(&file);
-        outcome(&mut opener, &heard);
-        let path = folder.path().join("b.txt");
-        let text = b"<d 0 0 -1 0 # ours".to_vec();
-        std::fs::write(&path, &text).expect("written");
-        opener.begin_saving();
-        opener.end_saving(Some(Saved {
-            path: path.clone(),
-            text: text.clone(),
-            from: Stamp::of(&Source::File(file)),
-        }));
-        assert_eq!(opener.name(), path.display().to_string());
-        // Known again after a text that is no scene.
-        for text in [&b"<d 0 0"[..], &text] {
-            std::fs::write(&path, text).expect("written");
-            let start = Instant::now();
-            while opener.error.is_some() == (text.len() > 10) {
-                assert!(start.elapsed() < Duration::from_secs(20), "no change");
-                opener.tick(Instant::now()).expect("a thread");
-                if let Ok(heard) = heard.recv_timeout(Duration::from_millis(20)) {
-                    let outcome = opener.hear(heard, Instant::now());
-                    assert!(!matches!(outcome, Some(Outcome::Show { .. })));
-                }
-            }
-        }
-        std::fs::write(&path, GOOD).expect("written");
-        let again = outcome(&mut opener, &heard);
-        assert!(
-            matches!(again, Outcome::Show { again: true, .. }),
-            "{again:?}"
-        );
-    }
-
-    #[test]
-    fn what_another_program_changed_just_before_a_save_is_loaded() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.txt");
-        std::fs::write(&file, GOOD).expect("written");
-        let (mut opener, heard) = opener(&file);
-        outcome(&mut opener, &heard);
-        opener.begin_saving();
-        let theirs = format!("{GOOD} # theirs");
-        std::fs::write(&file, &theirs).expect("written");
-        let from = Stamp::of(opener.source());
-        let text = (theirs + " with moves").into_bytes();
-        std::fs::write(&file, &text).expect("written");
-        let path = file.clone();
-        opener.end_saving(Some(Saved { path, text, from }));
-        let again = outcome(&mut opener, &heard);
-        assert!(
-            matches!(again, Outcome::Show { again: true, .. }),
-            "{again:?}"
-        );
-    }
-
-    #[test]
-    fn without_any_scene_an_error_is_the_end() {
-        let (mut opener, heard) = opener(Path::new("there/is/none.txt"));
-        assert!(!opener.cancel(), "nothing else to show");
-        let end = outcome(&mut opener, &heard);
-        assert!(
-            matches!(end, Outcome::Fatal(LoadError::Unreadable(_))),
-            "{end:?}"
-        );
-    }
-
-    #[test]
-    fn a_load_that_takes_long_is_told_and_can_be_cancelled() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("a.txt");
-        std::fs::write(&file, GOOD).expect("written");
-        let (mut opener, heard) = opener(&file);
-        let start = Instant::now();
-        let later = start + Duration::from_millis(1950);
-        assert!(
-            opener.board(later).expect("progress")[1]
-                .text
-                .ends_with("1.9 s")
-        );
-        assert!(opener.wake(later).is_some_and(|at| at <= later + TICK));
-        outcome(&mut opener, &heard);
-        assert_eq!(opener.wake(Instant::now()), None);
-        opener.begin().expect("a thread");
-        assert!(opener.cancel());
-        // All that the load still says; whether it comes to its end is a race.
-        while let Ok(heard) = heard.recv_timeout(Duration::from_millis(200)) {
-            assert!(opener.hear(heard, Instant::now()).is_none());
-        }
-        assert_eq!(opener.board(later), None);
-    }
-
-    #[test]
-    fn neighbours_go_round_by_name() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = |name: &str| folder.path().join(name);
-        assert_eq!(neighbour(&path("b.txt"), true), None);
-        for name in ["a.txt", "b.txt", "c.TXT", "d.png"] {
-            std::fs::write(path(name), "").expect("written");
-        }
-        std::fs::create_dir(path("e.txt")).expect("made");
-        assert_eq!(neighbour(&path("b.txt"), true), Some(path("c.TXT")));
-        assert_eq!(neighbour(&path("c.TXT"), true), Some(path("a.txt")));
-        assert_eq!(neighbour(&path("a.txt"), false), Some(path("c.TXT")));
-        // The file itself may be gone.
-        assert_eq!(neighbour(&path("bb.txt"), false), Some(path("b.txt")));
-        assert_eq!(neighbour(Path::new("none/a.txt"), true), None);
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! Which picture to order now, and how fine: the rhythm of the window. Plain data; time enters as a value.
 //!
-//! Pictures follow one another at the screen's rate at most, by our own clock: presenting on X11 waits for nothing.
+//! Pictures follow one another at the screen's rate at most, by our own clock: presenting on X11 waits for nothing. Those
+//! that a hand asks for may come twice as often, so that it waits for less than a refresh.
 //! While something moves the [`Governor`] says how coarse; when the wish has stood for a moment, or the hand has let
 //! go, the fine picture follows, and then its refinement.
 
@@ -105,6 +106,14 @@ impl Pace {
         self.governor.forget();
     }
 
+    /// The scene has a better tree. What stands is ordered once more, to learn what it takes now; if that
+    /// `looks_different`, pictures of the worse one are not shown any more.
+    pub fn improved(&mut self, looks_different: bool) {
+        self.governor.improved();
+        self.sent = None;
+        self.scene += u64::from(looks_different);
+    }
+
     /// True for pictures of the scene that is open; others were begun before.
     #[must_use]
     pub fn is_of_scene(&self, picture: &Picture) -> bool {
@@ -114,13 +123,19 @@ impl Pace {
     /// True for a picture that nothing better follows, unless the wish changes.
     #[must_use]
     pub fn is_finest(&self, picture: &Picture) -> bool {
-        self.is_of_scene(picture) && picture.pixel_size == 1 && picture.samples == self.samples
+        self.is_of_scene(picture)
+            && picture.pixel_size == 1
+            && picture.samples == self.samples_of(&picture.wish)
     }
 
-    /// Samples a pixel when nothing moves.
+    /// Samples a pixel when nothing moves. Slow engines have one.
     #[must_use]
-    pub fn samples(&self) -> Samples {
-        self.samples
+    pub fn samples_of(&self, wish: &Wish) -> Samples {
+        if wish.has_fast_side() {
+            self.samples
+        } else {
+            Samples::ONE
+        }
     }
 
     /// What `wish` asks for at this moment.
@@ -144,7 +159,12 @@ impl Pace {
             return self.send(order, now.at);
         };
         if is_new {
-            let due = at + now.interval;
+            // What a hand does is answered at up to twice the screen's rate: it would wait for half a picture
+            // on average, and the picture shown next would be old by as much.
+            let due = match self.asked {
+                Some(_) => at + now.interval / 2,
+                None => at + now.interval,
+            };
             if now.at < due {
                 return Step {
                     order: None,
@@ -172,7 +192,11 @@ impl Pace {
                 true => self.governor.pixel_size(),
                 false => 1,
             },
-            samples: if moving { Samples::ONE } else { self.samples },
+            samples: if moving {
+                Samples::ONE
+            } else {
+                self.samples_of(&wish)
+            },
             moving,
             asked: None,
         }
@@ -230,6 +254,7 @@ mod tests {
         Wish {
             view: Camera::default_for(Aabb::EMPTY).view(width, 8, false),
             settings: Settings::default(),
+            split: None,
         }
     }
 
@@ -262,6 +287,7 @@ mod tests {
                 total: Duration::from_millis(ms),
                 ..RenderStats::default()
             },
+            side_times: [Duration::ZERO; 2],
         }
     }
 
@@ -285,6 +311,22 @@ mod tests {
         assert_eq!(early.wake, Some(start + INTERVAL));
         let step = pace.step(wish(3), &moment(start, 17));
         assert_eq!(step.order.expect("in time").wish, wish(3));
+    }
+
+    #[test]
+    fn what_a_hand_asks_for_waits_for_half_of_a_refresh_at_most() {
+        let (mut pace, start) = pace();
+        pace.step(wish(1), &moment(start, 0));
+        pace.input(start + Duration::from_millis(2));
+        let early = pace.step(wish(2), &moment(start, 3));
+        assert_eq!(
+            (early.order, early.wake),
+            (None, Some(start + INTERVAL / 2))
+        );
+        let step = pace.step(wish(3), &moment(start, 9));
+        assert_eq!(step.order.expect("in time").wish, wish(3));
+        // What moves by itself keeps the screen's rate.
+        assert_eq!(pace.step(wish(4), &moment(start, 20)).order, None);
     }
 
     /// Moves a slow scene until its pictures are coarse; the last wish is `wish(99)`, at 1000 ms.
@@ -382,6 +424,20 @@ mod tests {
         let order = pace.step(wish(1), &moment(start, 1)).order;
         let after = picture(&order.expect("the same wish of another scene"), 3);
         assert!(pace.is_of_scene(&after));
+    }
+
+    #[test]
+    fn a_better_tree_has_what_stands_ordered_once_more() {
+        let (mut pace, start) = pace();
+        let order = pace.step(wish(1), &moment(start, 0)).order;
+        let before = picture(&order.expect("the first"), 90);
+        for (ms, looks_different) in [(10, false), (20, true)] {
+            pace.improved(looks_different);
+            assert_eq!(pace.is_of_scene(&before), !looks_different);
+            let step = pace.step(wish(1), &moment(start, ms));
+            assert_eq!(step.order.expect("again").wish, wish(1));
+            assert_eq!(pace.step(wish(1), &moment(start, ms + 1)).order, None);
+        }
     }
 
     #[test]

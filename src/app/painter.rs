@@ -8,10 +8,12 @@
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use super::side::compose;
 use super::state::{Probe, Wish};
 use crate::camera::View;
 use crate::frame::Frame;
@@ -35,7 +37,7 @@ pub struct Order {
     pub asked: Option<Instant>,
 }
 
-/// A whole picture.
+/// A whole picture. Sides of slow engines are whatever is left over.
 #[derive(Debug)]
 pub struct Picture {
     /// Its pixels.
@@ -54,6 +56,8 @@ pub struct Picture {
     pub asked: Option<Instant>,
     /// What it took.
     pub stats: RenderStats,
+    /// What each side took of that.
+    pub side_times: [Duration; 2],
 }
 
 /// What the render thread has to tell.
@@ -77,6 +81,8 @@ pub struct Painter {
 struct Shared {
     desk: Mutex<Desk>,
     bell: Condvar,
+    /// A picture is in the making.
+    is_at_work: Arc<AtomicBool>,
 }
 
 /// What lies between the window and the render thread.
@@ -177,6 +183,12 @@ impl Painter {
         Ok(painter)
     }
 
+    /// Set while a picture is in the making: others on the same cores may want to wait.
+    #[must_use]
+    pub fn at_work(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.shared.is_at_work)
+    }
+
     /// Pictures that are begun from now on show `world`: another scene, or a better tree of the same.
     pub fn set_world(&self, world: Arc<World>) {
         let old = self.shared.desk().world.replace(world);
@@ -222,6 +234,7 @@ impl Drop for Painter {
 /// The thread: paints order after order, and answers questions.
 fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
     let mut refinement = Refinement::default();
+    let mut scratch = Frame::default();
     while let Some(job) = shared.next_job() {
         let (order, world) = match job {
             Job::Paint(order, world) => (order, world),
@@ -236,17 +249,21 @@ fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
         while let Some(now) = samples {
             let progress = shared.begin(&order);
             let mut frame = shared.desk().spare.pop().unwrap_or_default();
+            let mut side_times = [Duration::ZERO; 2];
+            shared.is_at_work.store(true, Ordering::Relaxed);
             let result = catch_unwind(AssertUnwindSafe(|| {
-                refinement.picture(
-                    renderer,
-                    &world,
-                    &view,
-                    &order.wish.settings,
-                    now,
-                    &mut frame,
-                    &progress,
-                )
+                refinement.refine(renderer, &view, now, &mut frame, |view, frame| {
+                    let easel = Easel {
+                        renderer,
+                        world: &world,
+                        progress: &progress,
+                    };
+                    let (stats, times) = easel.sides(&order, view, frame, &mut scratch)?;
+                    (0..2).for_each(|i| side_times[i] += times[i]);
+                    Ok(stats)
+                })
             }));
+            shared.is_at_work.store(false, Ordering::Relaxed);
             match result {
                 Ok(Ok(stats)) => {
                     samples = now.refined(order.samples);
@@ -259,6 +276,7 @@ fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
                         moving: order.moving,
                         asked: order.asked.filter(|_| now == Samples::ONE),
                         stats,
+                        side_times,
                     })));
                 }
                 Ok(Err(Cancelled)) => {
@@ -280,9 +298,57 @@ fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
     }
 }
 
+/// What pictures are made with.
+struct Easel<'a> {
+    renderer: &'a Renderer,
+    world: &'a World,
+    progress: &'a Progress,
+}
+
+impl Easel<'_> {
+    /// Paints the sides of a picture that are not slow, from the rays of `view`, and tells what each took.
+    fn sides(
+        &self,
+        order: &Order,
+        view: &View,
+        frame: &mut Frame,
+        scratch: &mut Frame,
+    ) -> Result<(RenderStats, [Duration; 2]), Cancelled> {
+        let mut stats = RenderStats::default();
+        let mut times = [Duration::ZERO; 2];
+        let mut is_first = true;
+        frame.resize(view.width, view.height);
+        for (side, time) in order.wish.sides().iter().zip(&mut times) {
+            if !side.is_fast() {
+                continue;
+            }
+            // Where pixels are large the border lies between two of them.
+            let first = side.columns.start.div_ceil(order.pixel_size);
+            let columns = first..side.columns.end.div_ceil(order.pixel_size);
+            // The first one may paint beyond its border: the second is laid over that.
+            let to = if is_first { &mut *frame } else { &mut *scratch };
+            let one = self.renderer.columns(
+                self.world,
+                view,
+                &side.settings,
+                columns.clone(),
+                to,
+                self.progress,
+            )?;
+            if !std::mem::take(&mut is_first) {
+                compose(&mut frame.pixels, view.width, Some(scratch), columns);
+            }
+            stats = stats + one;
+            *time = one.total;
+        }
+        Ok((stats, times))
+    }
+}
+
 /// Finds out what a pixel shows.
 fn answer(renderer: &Renderer, world: &World, probe: Probe, notify: &impl Fn(Notice)) {
-    let Wish { view, settings } = probe.wish;
+    let view = probe.wish.view;
+    let settings = probe.wish.settings_at(probe.pixel.0);
     let (engine, kernel) = (settings.engine, settings.kernel);
     let found = catch_unwind(AssertUnwindSafe(|| {
         renderer.pick(world, &view, engine, kernel, probe.pixel)

@@ -9,9 +9,10 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::AppError;
+use super::pace::Pace;
 use super::script::{Line, Player, Recorder, read_line};
-use super::state::State;
-use crate::render::Samples;
+use super::side::Side;
+use super::state::{State, word};
 
 /// The next line of the script; `None` after the last; or what is wrong with it.
 pub type NextLine = Result<Option<Line>, String>;
@@ -128,16 +129,35 @@ impl Session {
     }
 
     /// What a `settle` line prints: everything that `raybomb render` needs for the same picture.
-    pub fn settle_report(&mut self, state: &State, samples: Samples) -> String {
+    pub fn settle_report(&mut self, state: &State, pace: &Pace) -> String {
         self.settles += 1;
+        let wish = state.wish();
+        let [left, right] = wish.sides();
+        let side = |side: &Side| {
+            json!({
+                "engine": word(side.settings.engine),
+                "view": word(side.settings.mode),
+                "columns": [side.columns.start, side.columns.end],
+                "aa": if side.is_fast() { pace.samples_of(&wish).count() } else { 1 },
+            })
+        };
+        let ms = |percent| {
+            pace.latencies
+                .percentile(percent)
+                .map(|d| d.as_secs_f64() * 1e3)
+        };
         let (width, height) = state.size_px();
         let (camera, operations) = state.scene_text();
         let (frame, last) = state.frame();
         let report = json!({
             "settled": self.settles,
             "size": [width, height],
-            "view": format!("{:?}", state.wish().settings.mode).to_lowercase(),
-            "aa": samples.count(),
+            "view": word(wish.settings.mode),
+            "engine": word(wish.settings.engine),
+            "aa": pace.samples_of(&wish).count(),
+            "cost_scale": wish.settings.cost_scale,
+            "sides": wish.split.map(|_| [side(&left), side(&right)]),
+            "input_ms": { "p50": ms(50), "p99": ms(99) },
             "frame": frame,
             "last_frame": last,
             "camera": camera,

@@ -1,8 +1,8 @@
 //! What the viewer shows: plain data that actions change and time moves. No window, no clock, no files.
 //!
 //! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
-//! scene, `keep.rs` gives a journal what it keeps, `question.rs` asks before
-//! moves are lost.
+//! scene, `sides.rs` says how the picture is made, `keep.rs` gives a journal
+//! what it keeps, `question.rs` asks before moves are lost.
 
 mod film;
 mod hand;
@@ -10,6 +10,7 @@ mod keep;
 mod picks;
 mod question;
 mod scene;
+mod sides;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ use super::journal::Kept;
 use super::keymap::Keymap;
 use super::moves::{Moves, Recorded};
 use super::scrub::BarWish;
+use super::side::Split;
 use crate::camera::{Camera, View};
 use crate::render::{Picked, Settings, ViewMode};
 use crate::scene::{Axis, CameraSetting, Operation, camera_text, operations_text};
@@ -31,7 +33,10 @@ use crate::simd::Kernel;
 use crate::timeline::{Composer, Playback, Timing, operations_at};
 
 pub use scene::Subject;
+pub use sides::word;
 
+/// The overlay is at most so many steps larger or smaller than usual.
+const MAX_ZOOM: i32 = 8;
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(3);
 
@@ -129,6 +134,8 @@ pub struct Wish {
     pub view: View,
     /// How.
     pub settings: Settings,
+    /// How the right part of it, if that is made in another way.
+    pub split: Option<Split>,
 }
 
 /// What to draw over the picture.
@@ -136,6 +143,10 @@ pub struct Wish {
 pub struct OverlayWish {
     /// The figures.
     pub statistics: bool,
+    /// The cross of the axes.
+    pub axes: bool,
+    /// The first column right of the divider.
+    pub divider: Option<usize>,
     /// The key sheet.
     pub sheet: bool,
     /// What was picked, line by line.
@@ -150,6 +161,8 @@ pub struct OverlayWish {
     pub question: Option<String>,
     /// A line of text.
     pub message: Option<String>,
+    /// Steps by which all of it is larger than usual.
+    pub zoom: i32,
 }
 
 /// An axis key that is down.
@@ -179,6 +192,7 @@ pub struct State {
     /// Counts the scenes, and the same one loaded again.
     scene: u64,
     composer: RefCell<Composer>,
+    halves: sides::Halves,
     recording: bool,
     /// What the hand orbits about, when it is not the format's pivot.
     pivot: Option<DVec3>,
@@ -193,6 +207,9 @@ pub struct State {
     measured: Option<DVec3>,
     picked_lines: Vec<(String, String)>,
     statistics: bool,
+    axes: bool,
+    /// Steps by which the overlay is larger than usual.
+    zoom: i32,
     sheet: bool,
     fullscreen: bool,
     /// What was asked for, while recorded moves would be lost by it.
@@ -219,6 +236,7 @@ impl State {
             is_in_file: false,
             scene: 0,
             composer: RefCell::default(),
+            halves: sides::Halves::default(),
             recording: false,
             pivot: None,
             turntable: false,
@@ -230,6 +248,8 @@ impl State {
             measured: None,
             picked_lines: Vec::new(),
             statistics: false,
+            axes: false,
+            zoom: 0,
             sheet: false,
             fullscreen: false,
             asking: None,
@@ -317,10 +337,20 @@ impl State {
             Action::Accept | Action::Decline => {}
             Action::ReturnToScene => self.return_to_scene(),
             Action::NextView => self.settings.mode = next(&MODES, self.settings.mode),
+            Action::ShowView(mode) => self.settings.mode = mode,
+            Action::NextEngine => self.next_engine(),
+            Action::ToggleSplit => self.toggle_split(),
+            Action::SetDivider(part) => self.set_divider(part),
+            Action::NextRightEngine => self.next_right_engine(),
+            Action::NextRightView => self.next_right_view(),
+            Action::ShowRightView(mode) => self.show_right_view(mode),
+            Action::ScaleCost(factor) => self.scale_cost(factor),
             Action::NextKernel => {
                 self.settings.kernel = next(&self.setting.kernels, self.settings.kernel);
             }
             Action::ToggleStatistics => self.statistics = !self.statistics,
+            Action::ToggleAxes => self.axes = !self.axes,
+            Action::Zoom(steps) => self.zoom = (self.zoom + steps).clamp(-MAX_ZOOM, MAX_ZOOM),
             Action::ToggleSheet => self.sheet = !self.sheet,
             Action::Screenshot => self.commands.push(Command::Screenshot),
             Action::ToggleFullscreen => self.set_fullscreen(!self.fullscreen),
@@ -346,6 +376,7 @@ impl State {
         Wish {
             view: self.view(),
             settings: self.settings,
+            split: self.split(),
         }
     }
 
@@ -357,6 +388,8 @@ impl State {
         }
         OverlayWish {
             statistics: self.statistics,
+            axes: self.axes,
+            divider: self.split().map(|split| split.column),
             sheet: self.sheet,
             picked: self.picked_lines.clone(),
             marks: self.marks(),
@@ -364,6 +397,7 @@ impl State {
             bar: self.bar_wish(),
             question: self.question(),
             message: self.message.as_ref().map(|(text, _)| text.clone()),
+            zoom: self.zoom,
         }
     }
 

@@ -4,12 +4,14 @@
 //! that the state wants goes to the [`Painter`] when the [`Pace`] says so, and the loop sleeps until something happens
 //! or is due.
 
+mod kiosk;
 mod memory;
+mod pictures;
 mod scene;
 mod session;
+mod sides;
 
 use std::io::{self, Write};
-use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -18,22 +20,26 @@ use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, KeyEvent, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::window::{CursorIcon, Fullscreen, Window, WindowId};
 
+use self::session::Held;
+use self::sides::SlowSides;
 use super::action::Action;
+use super::companion::News;
 use super::input::Input;
 use super::journal::Journal;
+use super::kiosk::Kiosk;
 use super::loader::{LoadError, Source};
 use super::memory::Memory;
 use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
-use super::pace::{Moment, Pace};
+use super::pace::Pace;
 use super::painter::{Notice, Painter, Picture};
 use super::screen::{Screen, Stage};
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keymap, keys, screenshot, script};
+use super::{AppError, AppOptions, backend, keymap, keys, script};
 use crate::camera::Pivot;
 use crate::render::Renderer;
 
@@ -42,6 +48,8 @@ use crate::render::Renderer;
 enum Message {
     /// From the render thread.
     Painter(Notice),
+    /// From the thread of a slow side.
+    Companion(usize, News),
     /// From the threads that load and watch.
     Opener(Heard),
     /// A screenshot is saved, or not.
@@ -84,7 +92,13 @@ struct Viewer {
     has_own_size: bool,
     /// Begin by playing.
     play: bool,
+    kiosk: Option<Kiosk>,
+    /// When the window was last drawn.
+    redrawn: Instant,
     painter: Painter,
+    slow: SlowSides,
+    /// What the painter took for each side.
+    side_times: [Duration; 2],
     session: Session,
     /// Where the scene on screen comes from.
     origin: Source,
@@ -92,8 +106,10 @@ struct Viewer {
     opened: u64,
     /// Answers that the state waits for.
     pending: usize,
-    /// The left button holds the bar of frames.
-    scrubbing: bool,
+    /// What the left button holds, other than the picture.
+    held: Held,
+    /// What the mouse looks like.
+    cursor: CursorIcon,
     /// Moves that no file has.
     journal: Journal,
     /// The window's size and place.
@@ -101,6 +117,8 @@ struct Viewer {
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
+    /// The next one is in the making and will come.
+    is_awaited: bool,
     /// It has not been on screen.
     is_new: bool,
     /// How long it took to show the last one.
@@ -142,6 +160,11 @@ impl Viewer {
         })
         .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
         let to_loop = proxy.clone();
+        let slow = SlowSides::start(options.threads, &painter.at_work(), move |side, news| {
+            let _ = to_loop.send_event(Message::Companion(side, news));
+        })
+        .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
+        let to_loop = proxy.clone();
         let origin = options.source.clone();
         let mut opener = Opener::new(options.source, options.threads, move |heard| {
             let _ = to_loop.send_event(Message::Opener(heard));
@@ -162,16 +185,22 @@ impl Viewer {
             pivot: options.pivot,
             has_own_size: options.size.is_some(),
             play: options.play,
+            kiosk: options.kiosk.map(Kiosk::new),
+            redrawn: Instant::now(),
             painter,
+            slow,
+            side_times: [Duration::ZERO; 2],
             session,
             origin,
             opened: 0,
             pending: 0,
-            scrubbing: false,
+            held: Held::Nothing,
+            cursor: CursorIcon::Default,
             journal: Journal::new(options.memory.map(|folder| folder.join("moves"))),
             memory,
             proxy,
             picture: None,
+            is_awaited: false,
             is_new: false,
             present: Duration::ZERO,
             drawn: (OverlayWish::default(), None),
@@ -202,6 +231,9 @@ impl Viewer {
     /// the window is done.
     fn act(&mut self, action: Option<Action>) {
         let Some(action) = action else { return };
+        if self.kiosk.is_some() && action != Action::Quit {
+            return;
+        }
         let concerns_window = matches!(
             action,
             Action::Back
@@ -279,74 +311,12 @@ impl Viewer {
         self.stage.settle();
     }
 
-    /// What is to be drawn over the picture now.
-    fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
-        let board = self.opener.board(Instant::now());
-        let board = board.filter(|_| self.state.may_overlay());
-        (self.state.overlay(), board)
-    }
-
-    /// Shows the newest picture, whole, with what is to be drawn over it.
-    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
-        self.state.advance(self.now());
-        self.drawn = self.wanted_overlay();
-        let Stage::Running(screen) = &mut self.stage else {
-            return;
-        };
-        let picture = self.picture.as_deref();
-        let figures = if self.drawn.0.statistics {
-            let mut lines = self.statistics.lines(picture, self.state.frame());
-            lines.extend(picture.map(fineness));
-            lines.push(self.pace.latencies.line());
-            lines
-        } else {
-            Vec::new()
-        };
-        let (overlay, drawn) = (&mut self.overlay, &self.drawn);
-        let shown = screen.show(picture, |canvas| {
-            overlay.draw(canvas, &drawn.0, &figures);
-            if let Some(board) = &drawn.1 {
-                overlay.board(canvas, board);
-            }
-        });
-        match shown {
-            Ok(time) => self.present = time,
-            Err(e) => return self.fail(event_loop, e),
-        }
-        if std::mem::take(&mut self.is_new)
-            && let Some(picture) = &self.picture
-        {
-            self.pace.shown(picture, Instant::now());
-            self.statistics.count(self.now(), self.present);
-        }
-    }
-
-    /// A picture came: the one before goes back to the render thread.
-    fn take_picture(&mut self, picture: Box<Picture>) {
-        if !self.pace.is_of_scene(&picture) {
-            return self.painter.give_back(picture.frame);
-        }
-        if self.epoch.is_none() {
-            self.epoch = Some(Instant::now());
-            if let Some(screen) = self.stage.screen() {
-                backend::take_keyboard(&screen.window);
-            }
-        }
-        self.pace.took(&picture, self.present);
-        if let Some(old) = self.picture.replace(picture) {
-            self.painter.give_back(old.frame);
-        }
-        self.is_new = true;
-        self.stage.request_redraw();
-        if self.to_be_saved {
-            self.save_picture();
-        }
-    }
-
     /// Does what the state asks for.
     fn obey(&mut self, event_loop: &ActiveEventLoop) {
         for command in self.state.take_commands() {
             match command {
+                // Nobody at a kiosk reads the terminal.
+                Command::Report(_) if self.kiosk.is_some() => {}
                 Command::Report(line) => report(&line),
                 Command::Print(text) => print(&text),
                 Command::Probe(probe) => {
@@ -374,61 +344,11 @@ impl Viewer {
         }
     }
 
-    /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
-    fn save_picture(&mut self) {
-        self.saving.retain(|thread| !thread.is_finished());
-        self.to_be_saved = self.picture.as_ref().is_some_and(|p| p.pixel_size > 1);
-        if self.to_be_saved {
-            return;
-        }
-        let Some(picture) = &self.picture else {
-            return self.tell("no picture to save yet");
-        };
-        let frame = picture.frame.clone();
-        let proxy = self.proxy.clone();
-        self.saving.push(std::thread::spawn(move || {
-            let saved = screenshot::save(&frame, Path::new("."));
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::Saved(saved));
-        }));
-    }
-
     /// Says a line on the terminal and in the window.
     fn tell(&mut self, line: &str) {
         report(line);
         self.state.advance(self.now());
         self.state.say(line.to_string());
-    }
-
-    /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
-    fn order(&mut self) -> Option<Instant> {
-        let Stage::Running(screen) = &self.stage else {
-            return None;
-        };
-        if !self.opener.has_scene() {
-            return None;
-        }
-        let time_moves = self.session.time_moves();
-        let moment = Moment {
-            at: Instant::now(),
-            interval: screen.interval,
-            // While a script's time stands, so does the picture.
-            turning: time_moves && self.state.is_turning(),
-            frame_time: self.state.frame_time().filter(|_| time_moves),
-            must_be_fine: self.to_be_saved,
-        };
-        let step = self.pace.step(self.state.wish(), &moment);
-        if let Some(order) = step.order {
-            self.painter.order(order);
-        }
-        step.wake
-    }
-
-    /// Asks for a redraw where what is drawn over the picture is not what should be.
-    fn refresh_overlay(&mut self) {
-        if self.drawn != self.wanted_overlay() {
-            self.stage.request_redraw();
-        }
     }
 
     /// When the state changes without an event.
@@ -459,17 +379,6 @@ fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
     PhysicalSize::new(side(width), side(height))
 }
 
-/// How fine the picture is, for the figures.
-fn fineness(picture: &Picture) -> Line {
-    let (size, samples) = (picture.pixel_size, picture.samples.count());
-    let text = match (size, samples) {
-        (1, 1) => "1 sample a pixel".to_string(),
-        (1, _) => format!("{samples} samples a pixel"),
-        _ => format!("{size}x{size} pixels as one"),
-    };
-    Line::new("detail", text)
-}
-
 /// Says a line on the terminal; a terminal that is gone is no reason to stop.
 fn report(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
@@ -480,9 +389,11 @@ impl ApplicationHandler<Message> for Viewer {
         let (width, height) = self.state.size_px();
         let size = physical(width, height);
         self.memory.gives(size.into());
+        let fills_screen = self.kiosk.is_some() && !self.has_own_size;
         let mut attributes = Window::default_attributes()
             .with_title(title(&self.opener))
-            .with_inner_size(size);
+            .with_inner_size(size)
+            .with_fullscreen(fills_screen.then_some(Fullscreen::Borderless(None)));
         let screens = event_loop.available_monitors();
         let screens = screens.map(|m| (m.position().into(), m.size().into()));
         if let Some((x, y)) = self.memory.place(screens) {
@@ -492,6 +403,7 @@ impl ApplicationHandler<Message> for Viewer {
         match Screen::open(event_loop, attributes) {
             Ok(screen) => {
                 let size = screen.window.inner_size();
+                screen.window.set_cursor_visible(self.kiosk.is_none());
                 self.overlay.set_scale_factor(screen.window.scale_factor());
                 self.state.set_scale_factor(screen.window.scale_factor());
                 self.stage = Stage::Running(screen);
@@ -509,6 +421,7 @@ impl ApplicationHandler<Message> for Viewer {
         match message {
             Message::Painter(Notice::Picture(picture)) => self.take_picture(picture),
             Message::Painter(Notice::Failed(why)) => {
+                self.is_awaited = false;
                 self.tell(&format!("a picture failed: {why}"));
             }
             Message::Painter(Notice::Probed(answer)) => {
@@ -516,6 +429,16 @@ impl ApplicationHandler<Message> for Viewer {
                 self.pending -= 1;
                 self.state.advance(self.now());
                 self.state.probed(&probe, found);
+            }
+            Message::Companion(side, News::Snapshot(snapshot)) => {
+                self.slow.take(side, snapshot);
+                self.stage.request_redraw();
+                if self.to_be_saved {
+                    self.save_picture();
+                }
+            }
+            Message::Companion(_, News::Failed(why)) => {
+                self.tell(&format!("a picture failed: {why}"));
             }
             Message::Opener(heard) => self.hear(event_loop, heard),
             Message::SceneSaved(ending) => self.scene_saved(*ending),
@@ -540,7 +463,7 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.set_scale_factor(scale_factor);
             }
             WindowEvent::Focused(false) => {
-                self.scrubbing = false;
+                self.held = Held::Nothing;
                 let action = self.input.focus_lost();
                 self.act(Some(action));
             }
@@ -586,9 +509,15 @@ impl ApplicationHandler<Message> for Viewer {
         }
         self.note_moves();
         self.note_settled();
+        let round = self.run_kiosk(event_loop);
         let due = self.order();
         self.refresh_overlay();
-        let wake = [due, self.opener.wake(Instant::now()), self.next_change()];
+        let wake = [
+            round,
+            due,
+            self.opener.wake(Instant::now()),
+            self.next_change(),
+        ];
         let wake = wake.into_iter().flatten().min();
         event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

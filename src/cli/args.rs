@@ -10,7 +10,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use super::exit::help_table;
 use super::values::{self, Size};
 use crate::camera::Pivot;
-use crate::render::{Engine, Reflection, Samples, Settings, ViewMode};
+use crate::render::{COST_SCALE, Engine, Reflection, Samples, Settings, ViewMode};
 use crate::scene::CameraCorners;
 use crate::simd::Kernel;
 use crate::timeline::{Ease, Timing};
@@ -56,7 +56,7 @@ pub enum Command {
 #[derive(Args, Debug)]
 pub struct ViewArgs {
     /// Scene file, or - for the standard input
-    #[arg(required_unless_present = "list_bindings")]
+    #[arg(required_unless_present_any = ["list_bindings", "kiosk"])]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub window: WindowOptions,
@@ -68,6 +68,11 @@ pub struct WindowOptions {
     /// Play the operations at once
     #[arg(long)]
     pub play: bool,
+    /// Show scenes, folders of scenes and demos (by name) in turn, all over the screen, and let no key but q do anything
+    ///
+    /// Each plays its operations once. Without names: SCENE alone, or all demos.
+    #[arg(long, value_name = "SCENE", num_args = 0.., conflicts_with_all = ["play_actions", "record_actions"])]
+    pub kiosk: Option<Vec<PathBuf>>,
     /// Draw nothing over the picture, not even messages
     #[arg(long)]
     pub no_overlay: bool,
@@ -243,6 +248,9 @@ pub struct PictureOptions {
     /// The formula of the shading: the mirror image, or what the original report prints
     #[arg(long, value_name = "FORMULA", value_parser = values::one_of(values::REFLECTIONS), default_value = "mirror")]
     pub reflection: Reflection,
+    /// Tests per 4x4 pixels that the view cost shows white
+    #[arg(long, value_name = "N", value_parser = values::cost_scale, default_value_t = COST_SCALE, allow_hyphen_values = true)]
+    pub cost_scale: u32,
     /// Map the projection plane onto the picture as it is, instead of widening it to the picture's shape
     #[arg(long)]
     pub stretch: bool,
@@ -260,6 +268,7 @@ impl PictureOptions {
             kernel: self.machine.kernel,
             mode: self.view,
             reflection: self.reflection,
+            cost_scale: self.cost_scale,
         }
     }
 }

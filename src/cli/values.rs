@@ -151,6 +151,13 @@ pub fn count(text: &str) -> Result<u32, String> {
         .ok_or_else(|| "must be a number from 1 to 100000".to_owned())
 }
 
+/// `--cost-scale`: 1 to 1,048,576 tests.
+pub fn cost_scale(text: &str) -> Result<u32, String> {
+    digits(text)
+        .filter(|n| (1..=1 << 20).contains(n))
+        .ok_or_else(|| "must be a number from 1 to 1048576".to_owned())
+}
+
 /// `--fps` and `--seconds-per-op`: above 0, at most [`MAX_TIMING`].
 pub fn timing(text: &str) -> Result<f64, String> {
     plain_number(text)
@@ -246,6 +253,8 @@ mod tests {
         for bad in ["0", "3", "128", "-1", "1.0", ""] {
             assert!(samples(bad).is_err(), "{bad}");
         }
+        assert_eq!(cost_scale("1048576"), Ok(1 << 20));
+        assert!(cost_scale("0").is_err() && cost_scale("1048577").is_err());
         assert!(count("0").is_err() && count("30") == Ok(30));
     }
 

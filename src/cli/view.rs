@@ -19,6 +19,9 @@ pub fn run(path: Option<&Path>, window: &WindowOptions, config: &Config) -> Outc
     if window.list_bindings {
         return print(config.keymap.listing().trim_end());
     }
+    if window.kiosk.is_some() && path.is_none() {
+        return open(None, window, config);
+    }
     match (path, demo::all().first()) {
         (Some(path), _) => open_file(path, window, config),
         (None, Some(demo)) => open_demo(demo, window, config),
@@ -28,11 +31,11 @@ pub fn run(path: Option<&Path>, window: &WindowOptions, config: &Config) -> Outc
 
 fn open_file(path: &Path, window: &WindowOptions, config: &Config) -> Outcome {
     if !load::is_stdin(path) {
-        return open(Source::File(path.to_owned()), window, config);
+        return open(Some(Source::File(path.to_owned())), window, config);
     }
     let load::Source { name, text } = load::Source::read(path)?;
     let text = Arc::new(text);
-    open(Source::Text { name, text }, window, config)
+    open(Some(Source::Text { name, text }), window, config)
 }
 
 /// Opens a built-in demo.
@@ -43,11 +46,41 @@ pub fn open_demo(demo: &'static Demo, window: &WindowOptions, config: &Config) -
     if window.list_bindings {
         return print(config.keymap.listing().trim_end());
     }
-    open(Source::Demo(demo), window, config)
+    open(Some(Source::Demo(demo)), window, config)
 }
 
-fn open(source: Source, window: &WindowOptions, config: &Config) -> Outcome {
+/// What a kiosk shows: `first`, then what is named, or else all demos.
+fn round(first: Option<Source>, names: &[PathBuf]) -> Result<Vec<Source>, Failure> {
+    let mut sources: Vec<Source> = first.into_iter().collect();
+    for name in names {
+        let demo = demo::all().iter().find(|d| name == Path::new(d.name));
+        match demo {
+            Some(demo) if !name.exists() => sources.push(Source::Demo(demo)),
+            _ if name.is_dir() => {
+                let scenes = app::scenes_in(name).map_err(|e| Failure::file("read", name, &e))?;
+                sources.extend(scenes.into_iter().map(Source::File));
+            }
+            _ => sources.push(Source::File(name.clone())),
+        }
+    }
+    if sources.is_empty() && !names.is_empty() {
+        return Err(Failure::Failed("no scene in these folders".to_owned()));
+    }
+    if sources.is_empty() {
+        sources.extend(demo::all().iter().map(Source::Demo));
+    }
+    Ok(sources)
+}
+
+/// Opens the window; there is a `source`, or a kiosk.
+fn open(source: Option<Source>, window: &WindowOptions, config: &Config) -> Outcome {
     let picture = &window.picture;
+    let kiosk = match &window.kiosk {
+        Some(names) => Some(round(source.clone(), names)?),
+        None => None,
+    };
+    let first = kiosk.as_ref().and_then(|sources| sources.first().cloned());
+    let source = source.or(first).expect("a scene or a round of them");
     let options = AppOptions {
         source: source.clone(),
         size: picture.size.map(|size| (size.width, size.height)),
@@ -58,6 +91,7 @@ fn open(source: Source, window: &WindowOptions, config: &Config) -> Outcome {
         timing: window.time.timing(),
         stretch: picture.stretch,
         pivot: picture.pivot,
+        kiosk,
         play: window.play,
         overlay: !window.no_overlay,
         print_picks: window.print_picks,

@@ -5,7 +5,9 @@
 mod hit_plane;
 mod pick;
 mod samples;
+mod sketch;
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -17,13 +19,14 @@ use crate::frame::{Frame, Hits};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
 use crate::shade::Shader;
-pub use crate::shade::{Reflection, ViewMode};
+pub use crate::shade::{COST_SCALE, Reflection, ViewMode};
 use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
 use crate::world::World;
 pub use pick::Picked;
 pub use samples::{Refinement, Samples};
+pub use sketch::Sketch;
 
 /// How hits are found. `Fast` and `Brute` give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -48,6 +51,8 @@ pub struct Settings {
     pub mode: ViewMode,
     /// For [`ViewMode::Shaded`].
     pub reflection: Reflection,
+    /// For [`ViewMode::Cost`]: so many tests per 4x4 pixels are shown white.
+    pub cost_scale: u32,
 }
 
 impl Default for Settings {
@@ -57,7 +62,22 @@ impl Default for Settings {
             kernel: Kernel::best(),
             mode: ViewMode::default(),
             reflection: Reflection::default(),
+            cost_scale: COST_SCALE,
         }
+    }
+}
+
+impl Settings {
+    fn shader<'a>(&self, world: &'a World, view: &View, t_per_w: f32) -> Shader<'a> {
+        Shader::new(
+            world,
+            view,
+            self.kernel,
+            self.mode,
+            self.reflection,
+            self.cost_scale,
+            t_per_w,
+        )
     }
 }
 
@@ -117,6 +137,19 @@ pub struct RenderStats {
     pub shade: Duration,
 }
 
+impl std::ops::Add for RenderStats {
+    type Output = RenderStats;
+
+    /// What both took, one after the other.
+    fn add(self, other: RenderStats) -> RenderStats {
+        RenderStats {
+            total: self.total + other.total,
+            trace: self.trace + other.trace,
+            shade: self.shade + other.shade,
+        }
+    }
+}
+
 /// Renders pictures on its own threads.
 #[derive(Debug)]
 pub struct Renderer {
@@ -163,19 +196,32 @@ impl Renderer {
         frame: &mut Frame,
         progress: &Progress,
     ) -> Result<RenderStats, Cancelled> {
+        self.columns(world, view, settings, 0..view.width, frame, progress)
+    }
+
+    /// Renders the tiles of a picture that have a part in `columns`. The other pixels of `frame`, which takes the
+    /// view's size, are whatever is left over.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `progress` was told so; `frame` is then unfinished.
+    pub fn columns(
+        &self,
+        world: &World,
+        view: &View,
+        settings: &Settings,
+        columns: Range<usize>,
+        frame: &mut Frame,
+        progress: &Progress,
+    ) -> Result<RenderStats, Cancelled> {
         frame.resize(view.width, view.height);
         let engine = EngineAtWork::new(world, view, settings.engine);
-        let shader = Shader::new(
-            world,
-            view,
-            settings.kernel,
-            settings.mode,
-            settings.reflection,
-            engine.t_per_w(),
-        );
+        let shader = settings.shader(world, view, engine.t_per_w());
         let count_cost = settings.mode == ViewMode::Cost;
         let plane = TiledPlane::new(&mut frame.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
+            if out.x() >= columns.end || out.x() + out.width() <= columns.start {
+                return;
+            }
             let hit = engine.trace(tracer, settings.kernel, out.x(), out.y(), count_cost);
             clock.traced();
             if hit || count_cost {
@@ -350,24 +396,53 @@ impl<'a> EngineAtWork<'a> {
                 let space: TileSpace = self.rig.tile(x, y);
                 brute::trace(corners, &self.bvh.file_ids, &space, tracer.cleared_tile());
             }
-            Kind::Report(report) => {
-                self.report_tile(report, tracer.cleared_tile(), x, y);
+            Kind::Report(_) => {
+                let inside = |first: usize, size: usize| (size - first).min(TILE);
+                let columns = inside(x, self.view.width);
+                let rows = 0..inside(y, self.view.height);
+                let pixels = rows.flat_map(|y| (0..columns).map(move |x| (x, y)));
+                let pixels: Vec<_> = pixels.collect();
+                self.trace_pixels(tracer.cleared_tile(), x, y, &pixels, &|| true);
             }
         }
         true
     }
 
-    fn report_tile(&self, report: &ReportTracer, tile: &mut Tile, x0: usize, y0: usize) {
+    /// True for the engine that finds the hits of a whole tile at once.
+    fn goes_by_tiles(&self) -> bool {
+        matches!(self.kind, Kind::Fast)
+    }
+
+    /// Fills a cleared tile, whose first pixel is (`x0`, `y0`), with the hits of `pixels`, in its columns and rows, by
+    /// an engine that goes from pixel to pixel; false when `go_on` said no.
+    fn trace_pixels(
+        &self,
+        tile: &mut Tile,
+        x0: usize,
+        y0: usize,
+        pixels: &[(usize, usize)],
+        go_on: &impl Fn() -> bool,
+    ) -> bool {
         let ids = &self.bvh.file_ids;
-        for y in y0..self.view.height.min(y0 + TILE) {
-            for x in x0..self.view.width.min(x0 + TILE) {
-                if let Some(hit) = report.trace(self.view, x, y, ids) {
-                    let at = pixel_offset(x - x0, y - y0);
-                    tile.z[at] = (f64::from(self.t_per_w()) / hit.t) as f32;
-                    tile.id[at] = hit.index;
+        match &self.kind {
+            Kind::Fast => {}
+            Kind::Brute(corners) => {
+                let space = self.rig.tile(x0, y0);
+                return brute::trace_pixels(corners, ids, &space, pixels, go_on, tile);
+            }
+            Kind::Report(report) => {
+                for &(x, y) in pixels {
+                    let hit = report.trace_while(self.view, x0 + x, y0 + y, ids, go_on);
+                    let Some(hit) = hit else { return false };
+                    if let Some(hit) = hit {
+                        let at = pixel_offset(x, y);
+                        tile.z[at] = (f64::from(self.t_per_w()) / hit.t) as f32;
+                        tile.id[at] = hit.index;
+                    }
                 }
+                tile.cost.fill(u32::try_from(ids.len()).unwrap_or(u32::MAX));
             }
         }
-        tile.cost.fill(u32::try_from(ids.len()).unwrap_or(u32::MAX));
+        true
     }
 }

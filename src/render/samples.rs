@@ -140,16 +140,30 @@ impl Refinement {
         frame: &mut Frame,
         progress: &Progress,
     ) -> Result<RenderStats, Cancelled> {
+        self.refine(renderer, view, samples, frame, |view, frame| {
+            renderer.picture(world, view, settings, frame, progress)
+        })
+    }
+
+    /// The same, where each sample is what `paint` makes of its rays.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `paint` was; `frame` is then unfinished, the samples stay.
+    pub fn refine(
+        &mut self,
+        renderer: &Renderer,
+        view: &View,
+        samples: Samples,
+        frame: &mut Frame,
+        mut paint: impl FnMut(&View, &mut Frame) -> Result<RenderStats, Cancelled>,
+    ) -> Result<RenderStats, Cancelled> {
         if samples == Samples::ONE {
-            return renderer.picture(world, view, settings, frame, progress);
+            return paint(view, frame);
         }
         let mut stats = RenderStats::default();
         while self.count < samples.count() {
             let view = view_of_sample(view, self.count);
-            let one = renderer.picture(world, &view, settings, &mut self.scratch, progress)?;
-            stats.total += one.total;
-            stats.trace += one.trace;
-            stats.shade += one.shade;
+            stats = stats + paint(&view, &mut self.scratch)?;
             renderer.install(|| self.add());
         }
         frame.resize(view.width, view.height);

@@ -4,8 +4,8 @@ use super::{BlockRow, pixel};
 use crate::trace::Tile;
 use crate::trace::tile::BLOCKS;
 
-/// Tests that are shown white; the scale is logarithmic.
-const HOTTEST: f32 = 1024.0;
+/// Tests per 4x4 pixels that are shown white, unless told otherwise; the scale is logarithmic.
+pub const COST_SCALE: u32 = 1024;
 
 /// Black, blue, cyan, green, yellow, red, white at equal steps.
 const HEAT: [[f32; 3]; 7] = [
@@ -18,18 +18,18 @@ const HEAT: [[f32; 3]; 7] = [
     [255.0, 255.0, 255.0],
 ];
 
-/// Colours one row of blocks.
-pub fn row(tile: &Tile, by: usize, rows: &mut BlockRow) {
+/// Colours one row of blocks; `scale` tests are white.
+pub fn row(tile: &Tile, by: usize, scale: u32, rows: &mut BlockRow) {
     for bx in 0..BLOCKS {
-        let color = heat(tile.cost[by * BLOCKS + bx]);
+        let color = heat(tile.cost[by * BLOCKS + bx], scale);
         for row in rows.iter_mut() {
             row[4 * bx..4 * bx + 4].fill(color);
         }
     }
 }
 
-fn heat(tests: u32) -> u32 {
-    let level = libm::log2f(1.0 + tests as f32) / libm::log2f(1.0 + HOTTEST);
+fn heat(tests: u32, scale: u32) -> u32 {
+    let level = libm::log2f(1.0 + tests as f32) / libm::log2f(1.0 + scale as f32);
     let at = level.min(1.0) * (HEAT.len() - 1) as f32;
     let i = (at as usize).min(HEAT.len() - 2);
     let part = at - i as f32;
@@ -39,11 +39,19 @@ fn heat(tests: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::heat;
+    use super::{COST_SCALE, heat};
 
     #[test]
     fn no_work_is_black_and_much_is_white() {
-        assert_eq!(heat(0), 0);
-        assert_eq!(heat(1_000_000), 0x00ff_ffff);
+        assert_eq!(heat(0, COST_SCALE), 0);
+        assert_eq!(heat(1_000_000, COST_SCALE), 0x00ff_ffff);
+    }
+
+    #[test]
+    fn the_scale_says_what_is_white() {
+        for scale in [1, 64, 1 << 20] {
+            assert_eq!(heat(scale, scale), 0x00ff_ffff);
+            assert!(heat(scale / 2, scale) < 0x00ff_ffff);
+        }
     }
 }

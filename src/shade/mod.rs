@@ -18,6 +18,7 @@ use crate::simd::Kernel;
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
 use crate::world::World;
+pub use cost_view::COST_SCALE;
 
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -118,6 +119,8 @@ pub struct Shader<'a> {
     pub mode: ViewMode,
     /// For [`ViewMode::Shaded`].
     pub reflection: Reflection,
+    /// For [`ViewMode::Cost`]: so many tests are white.
+    pub cost_scale: u32,
     /// `t` of a hit is 1/z times this.
     pub t_per_w: f32,
     /// Nearest and farthest distance that the view `depth` tells apart.
@@ -135,6 +138,7 @@ impl<'a> Shader<'a> {
         kernel: Kernel,
         mode: ViewMode,
         reflection: Reflection,
+        cost_scale: u32,
         t_per_w: f32,
     ) -> Shader<'a> {
         Shader {
@@ -142,6 +146,7 @@ impl<'a> Shader<'a> {
             rays: Rays::new(view),
             mode,
             reflection,
+            cost_scale,
             t_per_w,
             depth_range: depth_view::range(world, view),
             kernel,
@@ -184,7 +189,7 @@ impl<'a> Shader<'a> {
                         depth_view::color(self, x, y, z)
                     });
                 }
-                ViewMode::Cost => cost_view::row(tile, by, &mut rows),
+                ViewMode::Cost => cost_view::row(tile, by, self.cost_scale, &mut rows),
             }
             for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
                 let width = out.width();

@@ -15,12 +15,48 @@ pub fn trace(triangles: &[[Vec3; 3]], file_ids: &[u32], space: &TileSpace, tile:
         let corners = corners.map(|p| space.transform(p));
         triangle(&corners, id, file_ids, tile);
     }
+    fill_cost(triangles, tile);
+}
+
+/// The same for some pixels (columns and rows) of the tile, and until `go_on` says no, which is asked before each
+/// triangle: then the tile is unfinished, and it returns false.
+pub fn trace_pixels(
+    triangles: &[[Vec3; 3]],
+    file_ids: &[u32],
+    space: &TileSpace,
+    pixels: &[(usize, usize)],
+    go_on: &impl Fn() -> bool,
+    tile: &mut Tile,
+) -> bool {
+    for (id, corners) in (0u32..).zip(triangles) {
+        if !go_on() {
+            return false;
+        }
+        let corners = corners.map(|p| space.transform(p));
+        triangle_at(&corners, id, file_ids, pixels.iter().copied(), tile);
+    }
+    fill_cost(triangles, tile);
+    true
+}
+
+fn fill_cost(triangles: &[[Vec3; 3]], tile: &mut Tile) {
     tile.cost
         .fill(u32::try_from(triangles.len()).unwrap_or(u32::MAX));
 }
 
 /// Tests one triangle, given in the tile's frame, at every pixel of the tile; true when it won one.
 pub(super) fn triangle(corners: &[Uvw; 3], id: u32, file_ids: &[u32], tile: &mut Tile) -> bool {
+    let pixels = (0..TILE).flat_map(|y| (0..TILE).map(move |x| (x, y)));
+    triangle_at(corners, id, file_ids, pixels, tile)
+}
+
+fn triangle_at(
+    corners: &[Uvw; 3],
+    id: u32,
+    file_ids: &[u32],
+    pixels: impl Iterator<Item = (usize, usize)>,
+    tile: &mut Tile,
+) -> bool {
     let finite = |p: &Uvw| p.u.is_finite() && p.v.is_finite() && p.w.is_finite();
     if !corners.iter().all(finite) {
         return false;
@@ -39,18 +75,16 @@ pub(super) fn triangle(corners: &[Uvw; 3], id: u32, file_ids: &[u32], tile: &mut
         Side::new(c, a, whole),
     ];
     let mut won = false;
-    for y in 0..TILE {
-        for x in 0..TILE {
-            let ray = PixelRay {
-                x: x as f32 - HALF,
-                y: y as f32 - HALF,
-            };
-            if sides.iter().all(|s| s.inside(ray)) {
-                let z = depth.at(ray.x, ray.y);
-                won |= tile.keep_nearer(pixel_offset(x, y), z, id, file_ids);
-            }
+    pixels.for_each(|(x, y)| {
+        let ray = PixelRay {
+            x: x as f32 - HALF,
+            y: y as f32 - HALF,
+        };
+        if sides.iter().all(|s| s.inside(ray)) {
+            let z = depth.at(ray.x, ray.y);
+            won |= tile.keep_nearer(pixel_offset(x, y), z, id, file_ids);
         }
-    }
+    });
     won
 }
 

@@ -105,7 +105,7 @@ impl<S: Lanes> Around<S> {
     /// no such pixel.
     #[inline(always)]
     fn is_hidden(&self, simd: S, tile: &Tile) -> bool {
-        if !(self.w.reduce_min() > NEAR) {
+        if self.w.reduce_min() <= NEAR {
             return false;
         }
         let nearest = S::f32s::splat(simd, self.inverse.reduce_max());

@@ -6,7 +6,7 @@ use crate::support::Folder;
 
 const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
 
-const PICTURE: [&str; 9] = [
+const PICTURE: [&str; 10] = [
     "--size",
     "--view",
     "--aa",
@@ -14,12 +14,14 @@ const PICTURE: [&str; 9] = [
     "--kernel",
     "--threads",
     "--reflection",
+    "--cost-scale",
     "--stretch",
     "--pivot",
 ];
 const TIME: [&str; 4] = ["--fps", "--seconds-per-op", "--ease", "--steps"];
-const WINDOW: [&str; 9] = [
+const WINDOW: [&str; 10] = [
     "--play",
+    "--kiosk",
     "--no-overlay",
     "--target-fps",
     "--print-picks",
@@ -177,4 +179,17 @@ fn the_readme_has_the_table_of_keys_that_the_program_prints() {
         .filter(|line| line.starts_with("| `"))
         .collect();
     assert_eq!(table, rows);
+}
+
+#[test]
+fn the_page_about_the_window_names_every_key() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/viewer.md"))
+        .expect("there is a docs/viewer.md");
+    let run = Folder::new().run(&["--list-bindings"]).ok();
+    for line in run.stdout.lines() {
+        let (chords, _) = line.split_once("  ").expect("two columns");
+        for chord in chords.split(' ') {
+            assert!(page.contains(&format!("`{chord}`")), "no `{chord}`");
+        }
+    }
 }

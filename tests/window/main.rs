@@ -8,6 +8,7 @@
 mod display;
 mod faults;
 mod hands;
+mod kiosk;
 mod managed;
 mod opening;
 mod picture;
@@ -17,6 +18,7 @@ mod refining;
 mod remembered;
 mod sessions;
 mod shown;
+mod sides;
 mod support;
 mod wayland;
 mod x11;

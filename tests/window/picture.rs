@@ -47,6 +47,18 @@ impl Picture {
         places.into_iter().find(|&(x, y)| is_at(x, y))
     }
 
+    /// This picture left of `column`, and `right` from there on.
+    pub fn beside(&self, right: &Picture, column: usize) -> Picture {
+        let row = self.width * 3;
+        let rows = self.rgb.chunks_exact(row).zip(right.rgb.chunks_exact(row));
+        let rgb = rows
+            .flat_map(|(left, right)| [&left[..column * 3], &right[column * 3..]])
+            .flatten()
+            .copied()
+            .collect();
+        Picture { rgb, ..*self }
+    }
+
     /// Whether every square of `size` pixels each way has one colour.
     pub fn is_made_of_squares(&self, size: usize) -> bool {
         let rows: Vec<&[u8]> = self.rgb.chunks_exact(self.width * 3).collect();

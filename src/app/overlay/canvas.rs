@@ -47,6 +47,40 @@ impl Canvas<'_> {
         }
     }
 
+    /// Draws a line of that thickness with round ends, smooth at its borders.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), thickness: f64, color: u32) {
+        let (along_x, along_y) = (to.0 - from.0, to.1 - from.1);
+        let squared = along_x * along_x + along_y * along_y;
+        let reach = thickness / 2.0 + 1.0;
+        // Casts saturate.
+        let span = |a: f64, b: f64, limit: usize| {
+            let first = (a.min(b) - reach).floor() as i32;
+            let last = (a.max(b) + reach).ceil() as i32;
+            clip(first, last.saturating_sub(first), limit)
+        };
+        let columns = span(from.0, to.0, self.width);
+        for y in span(from.1, to.1, self.height) {
+            for x in columns.clone() {
+                let (dx, dy) = (x as f64 + 0.5 - from.0, y as f64 + 0.5 - from.1);
+                let part = (dx * along_x + dy * along_y) / squared.max(1e-9);
+                let part = part.clamp(0.0, 1.0);
+                let distance = libm::hypot(dx - part * along_x, dy - part * along_y);
+                let alpha = (thickness / 2.0 + 0.5 - distance).clamp(0.0, 1.0) * 255.0;
+                let pixel = &mut self.pixels[y * self.width + x];
+                *pixel = mix(*pixel, color, alpha.round() as u8);
+            }
+        }
+    }
+
+    /// Leaves `part` of 256 of all light.
+    pub fn fade(&mut self, part: u32) {
+        for pixel in self.pixels.iter_mut() {
+            let channels = |mask: u32| ((*pixel & mask) * part.min(256)) >> 8 & mask;
+            let green = ((*pixel >> 8 & 0xff) * part.min(256)) & 0xff00;
+            *pixel = channels(0xff_00ff) | green;
+        }
+    }
+
     /// Lays `color` over the pixels where the glyph is, its corner at (`x`, `y`).
     pub fn glyph(&mut self, x: i32, y: i32, glyph: &Glyph, color: u32) {
         let (x, y) = (x + glyph.left, y + glyph.top);
@@ -92,6 +126,40 @@ mod tests {
         for c in [0x000000, 0xffffff, 0x123456, 0xff00ff, 0x00ff00] {
             assert_eq!(mix(c, 0xabcdef, 0), c);
             assert_eq!(mix(c, 0xabcdef, 255), 0xabcdef);
+        }
+    }
+
+    #[test]
+    fn lines_are_smooth_and_cut_off_at_every_border() {
+        let mut pixels = vec![0; 40 * 30];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 40,
+            height: 30,
+        };
+        canvas.line((-500.0, 10.0), (500.0, 10.0), 2.0, 0xff_ffff);
+        canvas.line((5.0, 20.0), (30.0, 27.0), 2.0, 0xff_0000);
+        canvas.line((f64::NAN, 0.0), (1e300, -1e300), 2.0, 0xff_ffff);
+        let row = |y: usize| &pixels[y * 40..][..40];
+        assert!(row(9).iter().chain(row(10)).all(|&p| p == 0xff_ffff));
+        assert!(row(8).iter().chain(row(11)).all(|&p| p == 0));
+        let reds = pixels[20 * 40..]
+            .iter()
+            .filter(|p| (1..255).contains(&(**p >> 16)));
+        assert!(reds.count() > 10, "no smooth border");
+    }
+
+    #[test]
+    fn fading_ends_exactly_at_both_ends() {
+        for (part, expected) in [(256, [0x12_3456, 0xff_ffff]), (0, [0, 0])] {
+            let mut pixels = [0x12_3456, 0xff_ffff];
+            let mut canvas = Canvas {
+                pixels: &mut pixels,
+                width: 2,
+                height: 1,
+            };
+            canvas.fade(part);
+            assert_eq!(pixels, expected);
         }
     }
 

@@ -3,6 +3,7 @@
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
 //! for: the window shows the very bits that files get.
 
+mod axes;
 mod canvas;
 mod font;
 
@@ -14,6 +15,7 @@ use font::Font;
 use super::keymap::Keymap;
 use super::scrub::BarWish;
 use super::state::OverlayWish;
+use crate::camera::View;
 
 const WHITE: u32 = 0xff_ffff;
 /// Chords, and the names of figures.
@@ -32,6 +34,8 @@ const MIN_TEXT_PX: u32 = 9;
 pub struct Overlay {
     font: Font,
     scale_factor: f64,
+    /// As the hand wants it, beside the screen's.
+    zoom: f64,
     /// Its first line is for a message.
     sheet: Vec<Line>,
 }
@@ -55,11 +59,24 @@ impl Line {
     }
 }
 
+/// What is said of the two sides of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labels {
+    /// The first column right of the divider; `None`: the left side is all there is.
+    pub column: Option<usize>,
+    /// Engine, and what it has done.
+    pub lines: [Line; 2],
+}
+
 /// Where a panel stands.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     TopLeft,
     TopRight,
+    /// With its right border there.
+    TopBefore(i32),
+    /// With its left border there.
+    TopAfter(i32),
     Middle,
     /// That many pixels above the lower border.
     BottomLeft(i32),
@@ -73,6 +90,7 @@ impl Overlay {
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
+            zoom: 1.0,
             sheet: std::iter::once(Line::new("", ""))
                 .chain(keymap.sheet().into_iter().map(line))
                 .collect(),
@@ -86,6 +104,10 @@ impl Overlay {
 
     /// Draws what `wish` asks for; `statistics` are the figures.
     pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
+        self.zoom = zoom_factor(wish.zoom);
+        if let Some(column) = wish.divider {
+            self.divider(canvas, column);
+        }
         // The sheet may need all the room: where it stands there is nothing else.
         if wish.sheet {
             let mut sheet = std::mem::take(&mut self.sheet);
@@ -121,10 +143,81 @@ impl Overlay {
         }
     }
 
+    /// Draws where the axes of the world point in the picture of `view`; `above` is what is at the lower border.
+    pub fn axes(&mut self, canvas: &mut Canvas<'_>, view: &View, wish: &OverlayWish) {
+        self.zoom = zoom_factor(wish.zoom);
+        let above = wish.bar.as_ref().map_or(0, |b| b.bar.height_px as i32);
+        // A small positive number.
+        let size_px = (TEXT_PX * self.scale()).round() as u32;
+        self.font.resize(size_px.max(MIN_TEXT_PX));
+        let (cell_width, cell_height) = self.font.cell();
+        let scale = self.scale();
+        axes::draw(canvas, view, scale, above, |canvas, (x, y), c, color| {
+            // In the window, or cut off.
+            let (x, y) = (x.round() as i32, y.round() as i32);
+            let glyph = self.font.glyph(c);
+            let corner = (x - cell_width / 2, y - cell_height / 2);
+            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+                canvas.glyph(corner.0 + dx, corner.1 + dy, glyph, 0);
+            }
+            canvas.glyph(corner.0, corner.1, glyph, color);
+        });
+    }
+
+    /// Says by what each side is made, beside the divider or at the upper left.
+    pub fn labels(&mut self, canvas: &mut Canvas<'_>, labels: &Labels) {
+        let [left, right] = &labels.lines;
+        match labels.column {
+            None => self.panel(canvas, std::slice::from_ref(left), Place::TopLeft),
+            Some(column) => {
+                let gap = (4.0 * self.scale()).ceil() as i32;
+                let x = i32::try_from(column).unwrap_or(i32::MAX / 2);
+                self.panel(
+                    canvas,
+                    std::slice::from_ref(left),
+                    Place::TopBefore(x - gap),
+                );
+                self.panel(
+                    canvas,
+                    std::slice::from_ref(right),
+                    Place::TopAfter(x + gap),
+                );
+            }
+        }
+    }
+
+    /// A line with dark borders between the sides, and something to hold in the middle of it.
+    fn divider(&self, canvas: &mut Canvas<'_>, column: usize) {
+        let (_, height) = extent(canvas);
+        let x = i32::try_from(column).unwrap_or(i32::MAX / 2);
+        // A scale is a small positive number.
+        let unit = self.scale().ceil() as i32;
+        let mut block = |half_width: i32, y: i32, height: i32, color: u32| {
+            let rect = Rect {
+                x: x - half_width,
+                y,
+                width: 2 * half_width,
+                height,
+            };
+            canvas.fill(rect, color);
+        };
+        block(2 * unit, 0, height, 0);
+        block(unit, 0, height, WHITE);
+        let handle = (24 * unit).min(height);
+        let top = (height - handle) / 2;
+        block(5 * unit, top, handle, 0);
+        block(4 * unit, top + unit, handle - 2 * unit, WHITE);
+    }
+
+    /// Pixels of the screen for each of the design.
+    fn scale(&self) -> f64 {
+        self.scale_factor * self.zoom
+    }
+
     /// A cross with a dark rim: seen on any colour.
     fn mark(&self, canvas: &mut Canvas<'_>, (x, y): (i32, i32)) {
         // A scale factor is a small positive number.
-        let arm = (5.0 * self.scale_factor).ceil() as i32;
+        let arm = (5.0 * self.scale()).ceil() as i32;
         for (rim, color) in [(1, 0), (0, AMBER)] {
             for (across, along) in [(rim, arm + rim), (arm + rim, rim)] {
                 let rect = Rect {
@@ -171,7 +264,7 @@ impl Overlay {
     /// Picks the largest size, up to the screen's, at which `lines` fit on the canvas.
     fn layout(&mut self, canvas: &Canvas<'_>, lines: &[Line]) -> Layout {
         // A scale factor is a small positive number.
-        let mut size_px = (TEXT_PX * self.scale_factor).round() as u32;
+        let mut size_px = (TEXT_PX * self.scale()).round() as u32;
         loop {
             self.font.resize(size_px.max(MIN_TEXT_PX));
             let layout = Layout::of(lines, self.font.cell());
@@ -181,6 +274,12 @@ impl Overlay {
             size_px -= 1;
         }
     }
+}
+
+/// How many times as large as usual things are after so many steps.
+#[must_use]
+pub fn zoom_factor(steps: i32) -> f64 {
+    libm::pow(1.25, f64::from(steps))
 }
 
 /// Draws the bar of frames: a line, a tick for each operation, what is played in amber, a handle at the frame.
@@ -262,6 +361,8 @@ impl Layout {
         let (x, y) = match place {
             Place::TopLeft => (0, 0),
             Place::TopRight => ((canvas_width - self.width).max(0), 0),
+            Place::TopBefore(x) => (x - self.width, 0),
+            Place::TopAfter(x) => (x, 0),
             Place::Middle => (
                 ((canvas_width - self.width) / 2).max(0),
                 ((canvas_height - self.height) / 2).max(0),
@@ -284,118 +385,4 @@ fn extent(canvas: &Canvas<'_>) -> (i32, i32) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::app::scrub::Bar;
-
-    fn overlay(scale_factor: f64) -> Overlay {
-        Overlay::new(scale_factor, &Keymap::default())
-    }
-
-    fn everything() -> OverlayWish {
-        OverlayWish {
-            statistics: true,
-            sheet: true,
-            picked: vec![("triangle".into(), "7".into())],
-            marks: vec![(0, 0), (i32::MIN, i32::MAX)],
-            recording: true,
-            bar: Some(BarWish {
-                bar: Bar::new((70, 40), 1.0, 48),
-                frame: 20,
-                frames_per_op: 16,
-                section: Some((3, 30)),
-            }),
-            question: Some("really?".into()),
-            message: Some("saved raybomb-0001.png".into()),
-        }
-    }
-
-    fn draw(overlay: &mut Overlay, wish: &OverlayWish, width: usize, height: usize) -> Vec<u32> {
-        let mut pixels = vec![0xff_ffff; width * height];
-        let mut canvas = Canvas {
-            pixels: &mut pixels,
-            width,
-            height,
-        };
-        overlay.draw(&mut canvas, wish, &[Line::new("fps", "60")]);
-        pixels
-    }
-
-    #[test]
-    fn nothing_asked_for_changes_no_pixel() {
-        let pixels = draw(&mut overlay(1.0), &OverlayWish::default(), 320, 200);
-        assert!(pixels.iter().all(|&p| p == 0xff_ffff));
-    }
-
-    #[test]
-    fn every_size_and_scale_factor_is_survived() {
-        for scale_factor in [0.5, 1.0, 1.25, 3.0] {
-            let mut overlay = overlay(scale_factor);
-            for (width, height) in [(1, 1), (1, 500), (500, 1), (70, 40), (1200, 800)] {
-                let pixels = draw(&mut overlay, &everything(), width, height);
-                assert!(pixels.iter().any(|&p| p != 0xff_ffff));
-            }
-        }
-    }
-
-    #[test]
-    fn the_bar_has_a_tick_for_each_operation() {
-        let (width, height) = (200, 40);
-        let bar = Bar::new((width, height), 1.0, 48);
-        let wish = OverlayWish {
-            bar: Some(BarWish {
-                bar,
-                frame: 0,
-                frames_per_op: 16,
-                section: None,
-            }),
-            ..OverlayWish::default()
-        };
-        let pixels = draw(&mut overlay(1.0), &wish, width, height);
-        // Above the line, where ticks reach and the handle at frame 0 too.
-        let row = &pixels[(bar.top_px + 9) * width..][..width];
-        let ticks = (1..width).filter(|&x| row[x] == GREY && row[x - 1] != GREY);
-        assert_eq!(ticks.count(), 3);
-        assert!(row[bar.x_of(0) as usize] == WHITE);
-    }
-
-    #[test]
-    fn a_message_covers_no_line_of_the_sheet() {
-        let (width, height) = (640, 480);
-        let mut overlay = overlay(1.0);
-        let mut with = |message: Option<&str>| {
-            let wish = OverlayWish {
-                sheet: true,
-                message: message.map(str::to_owned),
-                ..OverlayWish::default()
-            };
-            draw(&mut overlay, &wish, width, height)
-        };
-        let (alone, told) = (with(None), with(Some("trackball")));
-        let rows = alone.chunks(width).zip(told.chunks(width));
-        let changed: Vec<usize> = rows
-            .enumerate()
-            .filter(|(_, (a, b))| a != b)
-            .map(|(y, _)| y)
-            .collect();
-        let (_, cell_height) = overlay.font.cell();
-        let last = changed.last().expect("a message");
-        assert!(last - changed[0] < cell_height as usize, "{changed:?}");
-        let layout = Layout::of(&overlay.sheet, overlay.font.cell());
-        let top = (height as i32 - layout.height) / 2 + layout.margin;
-        assert!((*last as i32) < top + cell_height, "{changed:?}");
-    }
-
-    #[test]
-    fn the_whole_sheet_fits_in_the_default_window() {
-        let mut overlay = overlay(1.0);
-        let mut pixels = vec![0; 640 * 480];
-        let canvas = Canvas {
-            pixels: &mut pixels,
-            width: 640,
-            height: 480,
-        };
-        let sheet = overlay.sheet.clone();
-        assert!(overlay.layout(&canvas, &sheet).fits(&canvas));
-    }
-}
+mod tests;

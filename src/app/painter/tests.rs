@@ -14,6 +14,7 @@ fn order(width: usize) -> Order {
         wish: Wish {
             view: Camera::default_for(Aabb::EMPTY).view(width, 8, false),
             settings: Settings::default(),
+            split: None,
         },
         pixel_size: 1,
         samples: Samples::ONE,

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{State, next};
+use crate::app::overlay::zoom_factor;
 use crate::app::scrub::{Bar, BarWish};
 use crate::timeline::Order;
 
@@ -80,7 +81,8 @@ impl State {
     #[must_use]
     pub fn bar(&self) -> Option<Bar> {
         let last = self.playback.last_frame();
-        (self.setting.overlay && last > 0).then(|| Bar::new(self.size_px, self.scale_factor, last))
+        let scale = self.scale_factor * zoom_factor(self.zoom);
+        (self.setting.overlay && last > 0).then(|| Bar::new(self.size_px, scale, last))
     }
 
     pub(super) fn bar_wish(&self) -> Option<BarWish> {

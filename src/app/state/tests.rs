@@ -40,6 +40,7 @@ pub(super) fn frame_wish(frame: u64) -> Wish {
     Wish {
         view: camera.view(SIZE.0, SIZE.1, false),
         settings: Settings::default(),
+        split: None,
     }
 }
 

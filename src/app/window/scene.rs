@@ -2,10 +2,12 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 use winit::event_loop::ActiveEventLoop;
 
+use super::session::Held;
 use super::{Message, Viewer, physical, report, title};
 use crate::app::AppError;
 use crate::app::journal::Ground;
@@ -15,6 +17,7 @@ use crate::app::save::{Saved, save};
 use crate::app::state::{Command, Document, Subject};
 use crate::app::statistics::Statistics;
 use crate::camera::Camera;
+use crate::world::World;
 
 /// How saving a scene ended.
 #[derive(Debug)]
@@ -29,8 +32,15 @@ pub(super) struct SaveEnding {
 impl Viewer {
     /// The opener heard something.
     pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
-        match self.opener.hear(heard, Instant::now()) {
+        let outcome = self.opener.hear(heard, Instant::now());
+        if self.kiosk.is_some() {
+            return outcome
+                .into_iter()
+                .for_each(|outcome| self.hear_in_kiosk(event_loop, outcome));
+        }
+        match outcome {
             Some(Outcome::Show { loaded, again }) => self.open(*loaded, again),
+            Some(Outcome::Better(world)) => self.improve(world),
             Some(Outcome::Fatal(e)) => self.fail(event_loop, AppError::NoScene(e)),
             Some(Outcome::Kept(e)) => report(&e.words(false)),
             None => {}
@@ -46,6 +56,7 @@ impl Viewer {
             operations,
             bounds,
             world,
+            ..
         } = loaded;
         let subject = Subject {
             camera,
@@ -65,7 +76,7 @@ impl Viewer {
         } else {
             self.origin = self.opener.source().clone();
             self.opened += 1;
-            self.scrubbing = false;
+            self.held = Held::Nothing;
             self.state.open(subject);
             self.begin_journal(ground);
             self.take_shape(&base);
@@ -74,9 +85,17 @@ impl Viewer {
             self.state.play();
         }
         self.statistics = Statistics::new(self.threads, world.triangle_count());
+        self.slow.open(&world);
         self.painter.set_world(world);
         self.pace.forget();
         self.set_title();
+    }
+
+    /// Pictures to come are traced in a better tree of the same scene. Only the view of the work done looks different.
+    pub(super) fn improve(&mut self, world: Arc<World>) {
+        self.slow.improve(&world);
+        self.painter.set_world(world);
+        self.pace.improved(self.state.wish().shows_cost());
     }
 
     pub(super) fn set_title(&mut self) {
@@ -88,7 +107,11 @@ impl Viewer {
     /// The first scene gives a window its shape, unless a size was asked for.
     pub(super) fn take_shape(&mut self, camera: &Camera) {
         let (width, height) = camera.default_size();
-        if self.has_own_size || self.picture.is_some() || self.state.size_px() == (width, height) {
+        if self.has_own_size
+            || self.kiosk.is_some()
+            || self.picture.is_some()
+            || self.state.size_px() == (width, height)
+        {
             return;
         }
         let size = physical(width, height);
@@ -111,6 +134,9 @@ impl Viewer {
     }
 
     pub(super) fn dropped(&mut self, path: PathBuf) {
+        if self.kiosk.is_some() {
+            return;
+        }
         self.state.advance(self.now());
         self.state.leave(Command::Open(path));
     }

@@ -3,6 +3,7 @@
 use winit::dpi::PhysicalSize;
 use winit::event::ElementState;
 use winit::event_loop::ActiveEventLoop;
+use winit::window::CursorIcon;
 
 use super::{Stage, Viewer};
 use crate::app::action::Action;
@@ -10,6 +11,16 @@ use crate::app::bindings::Button;
 use crate::app::painter::Picture;
 use crate::app::script::Line;
 use crate::app::session::print;
+
+/// What the left button holds, other than the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Held {
+    Nothing,
+    /// The bar of frames.
+    Bar,
+    /// The divider of a split picture.
+    Divider,
+}
 
 impl Viewer {
     /// Plays the lines of the script that are due.
@@ -33,9 +44,7 @@ impl Viewer {
                         }
                     }
                 }
-                Line::Settle => {
-                    print(&self.session.settle_report(&self.state, self.pace.samples()))
-                }
+                Line::Settle => print(&self.session.settle_report(&self.state, &self.pace)),
                 Line::Wait(_) => {}
             }
             self.state.advance(self.now());
@@ -57,8 +66,11 @@ impl Viewer {
         let is_shown = |p: &Picture| p.wish == self.state.wish() && self.pace.is_finest(p);
         matches!(self.stage, Stage::Running(_))
             && !self.is_new
+            && !self.slow.is_new
+            && self.slow.are_whole(&self.state.wish())
             && self.pending == 0
             && !self.opener.is_loading()
+            && !(self.opener.is_improving() && self.state.wish().shows_cost())
             && self.picture.as_deref().is_some_and(is_shown)
             && self.drawn == self.wanted_overlay()
             && self.session.has_size()
@@ -71,15 +83,22 @@ impl Viewer {
         let on_bar = place.zip(bar).filter(|(place, bar)| bar.contains(*place));
         let action = match state {
             ElementState::Pressed if button == Button::Left && on_bar.is_some() => {
-                self.scrubbing = true;
+                self.held = Held::Bar;
                 on_bar.map(|((x, _), bar)| Action::Seek(bar.frame_at(x)))
+            }
+            ElementState::Pressed
+                if button == Button::Left
+                    && place.is_some_and(|place| self.state.is_on_divider(place)) =>
+            {
+                self.held = Held::Divider;
+                None
             }
             ElementState::Pressed => {
                 self.input.button_down(button, now);
                 None
             }
-            ElementState::Released if button == Button::Left && self.scrubbing => {
-                self.scrubbing = false;
+            ElementState::Released if button == Button::Left && self.held != Held::Nothing => {
+                self.held = Held::Nothing;
                 None
             }
             ElementState::Released => self.input.button_up(button, now),
@@ -94,11 +113,29 @@ impl Viewer {
         let now = self.now();
         let moved = self.input.cursor_moved(x, y, now);
         self.state.advance(now);
-        self.state.pointed_at((x, y));
-        let action = match self.state.bar() {
-            Some(bar) if self.scrubbing => Some(Action::Seek(bar.frame_at(x))),
+        if self.kiosk.is_none() {
+            self.state.pointed_at((x, y));
+        }
+        let action = match (self.held, self.state.bar()) {
+            (Held::Bar, Some(bar)) => Some(Action::Seek(bar.frame_at(x))),
+            (Held::Divider, _) => Some(Action::SetDivider(self.state.divider_at(x))),
             _ => moved,
         };
+        self.show_cursor((x, y));
         self.act(action);
+    }
+
+    /// The mouse tells where the divider can be held.
+    fn show_cursor(&mut self, place: (f64, f64)) {
+        let is_held = self.held == Held::Divider;
+        let icon = match is_held || self.state.is_on_divider(place) {
+            true => CursorIcon::ColResize,
+            false => CursorIcon::Default,
+        };
+        if std::mem::replace(&mut self.cursor, icon) != icon
+            && let Some(screen) = self.stage.screen()
+        {
+            screen.window.set_cursor(icon);
+        }
     }
 }

@@ -1,0 +1,150 @@
+use super::*;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+const CAMERA: &str = "<s 0 0 5 -1.6 0.9 3 1.6 0.9 3 -1.6 -0.9 3";
+
+fn text(text: &str) -> Source {
+    Source::Text {
+        name: "it".into(),
+        text: Arc::new(text.into()),
+    }
+}
+
+fn start(loader: &mut Loader, source: Source) -> Receiver<(u64, Told)> {
+    let (send, receive) = channel();
+    let tell = move |number, told| {
+        let _ = send.send((number, told));
+    };
+    loader.start(source, None, tell).expect("a thread");
+    receive
+}
+
+fn done(told: &Receiver<(u64, Told)>) -> (u64, Result<Box<Loaded>, LoadError>) {
+    loop {
+        match told.recv_timeout(Duration::from_secs(20)).expect("an end") {
+            (number, Told::Done(done)) => return (number, done),
+            (_, Told::At(_) | Told::Known | Told::Better(_)) => {}
+        }
+    }
+}
+
+#[test]
+fn a_scene_comes_with_its_stages_and_its_world() {
+    let mut loader = Loader::new(1);
+    let scene = format!("{CAMERA} 0 0 -1 1 0 0 0 1 0 0 0 1 0 9 9 9 <o 1 <x 0.5");
+    let told = start(&mut loader, text(&scene));
+    let stages: Vec<String> = std::iter::from_fn(|| match told.recv() {
+        Ok((_, Told::At(stage))) => Some(stage.to_string()),
+        Ok((number, Told::Done(Ok(loaded)))) => {
+            assert!(loader.is_newest(number));
+            assert_eq!(loaded.operations.len(), 1);
+            assert_eq!(loaded.world.triangle_count(), 1);
+            None
+        }
+        other => panic!("{other:?}"),
+    })
+    .collect();
+    assert_eq!(stages, ["parsing 0.0 MB", "building a tree of 1 triangles"]);
+}
+
+/// The picture of a world, by the fast engine.
+fn picture(world: &World, base: Camera) -> crate::frame::Frame {
+    let mut frame = crate::frame::Frame::default();
+    crate::render::Renderer::new(1)
+        .expect("a thread")
+        .picture(
+            world,
+            &base.view(160, 90, false),
+            &crate::render::Settings::default(),
+            &mut frame,
+            &crate::render::Progress::new(),
+        )
+        .expect("nobody cancels");
+    frame
+}
+
+#[test]
+fn a_large_scene_comes_with_a_coarse_tree_and_then_with_a_better_one_of_the_same_picture() {
+    let mut random = crate::math::Random::new(3);
+    let mut scene = format!("{CAMERA} 0.3 -1 -1 {LARGE}");
+    for _ in 0..LARGE {
+        let p = random.point();
+        for corner in [p, p + random.point() * 0.1, p + random.point() * 0.1] {
+            scene += &format!(" {} {} {}", corner.x, corner.y, corner.z);
+        }
+        scene += " 250 200 90";
+    }
+    let mut loader = Loader::new(2);
+    let told = start(&mut loader, text(&scene));
+    let (_, loaded) = done(&told);
+    let loaded = loaded.expect("a scene");
+    assert!(loaded.is_coarse);
+    let Ok((number, Told::Better(better))) = told.recv() else {
+        panic!("no better tree");
+    };
+    assert!(loader.is_newest(number) && told.recv().is_err());
+    let cost = |world: &World| world.bvh_stats().sah_cost;
+    assert!(cost(&better) < cost(&loaded.world));
+    let shown = picture(&loaded.world, loaded.base);
+    assert!(shown.pixels.iter().any(|&p| p != 0));
+    assert!(shown == picture(&better, loaded.base));
+}
+
+#[test]
+fn a_bad_text_is_told_with_its_place_and_a_missing_file_with_its_name() {
+    let mut loader = Loader::new(1);
+    let (_, bad) = done(&start(&mut loader, text("<d\n0 0 -1\n1\nx")));
+    let words = bad.expect_err("not a scene").to_string();
+    assert!(words.starts_with("it:4:1: expected"), "{words}");
+    assert!(words.contains('^'), "{words}");
+    let missing = Source::File("there/is/none.txt".into());
+    let (_, missing) = done(&start(&mut loader, missing));
+    let words = missing.expect_err("no file").to_string();
+    assert_eq!(words, "cannot read there/is/none.txt: no such file");
+}
+
+#[test]
+fn a_text_that_is_known_is_not_loaded() {
+    let mut loader = Loader::new(1);
+    let scene = format!("{CAMERA} 0 0 -1 0");
+    for (known, is_loaded) in [(scene.clone(), false), (scene.clone() + " ", true)] {
+        let (send, receive) = channel();
+        let tell = move |_, told| {
+            let _ = send.send(told);
+        };
+        let known = Some(Arc::new(known.into_bytes()));
+        loader.start(text(&scene), known, tell).expect("a thread");
+        let last = receive.iter().last();
+        assert_eq!(matches!(last, Some(Told::Known)), !is_loaded, "{last:?}");
+        assert_eq!(matches!(last, Some(Told::Done(Ok(_)))), is_loaded);
+    }
+}
+
+#[test]
+fn only_the_newest_load_counts_and_none_after_a_cancel() {
+    let mut loader = Loader::new(1);
+    let first = start(&mut loader, text(CAMERA));
+    let second = start(&mut loader, text(CAMERA));
+    let (number, _) = done(&second);
+    assert!(loader.is_newest(number));
+    loader.cancel();
+    assert!(!loader.is_newest(number));
+    for (number, _) in first.iter().chain(second.try_iter()) {
+        assert!(!loader.is_newest(number));
+    }
+}
+
+#[test]
+fn the_head_of_a_text_tells_the_size_of_its_picture() {
+    let size = |s: &str| text(s).default_size();
+    assert_eq!(
+        size(&format!("# a\n{CAMERA} 0 0 -1 7 .. ")),
+        Some((853, 480))
+    );
+    let apart = CAMERA.replace("<s", "< S").replace("0 5", "0 5 # eye\n");
+    assert_eq!(size(&apart), Some((853, 480)));
+    assert_eq!(size("<d 0 0 -1 0"), None);
+    assert_eq!(size("<s 1 2"), None);
+    assert_eq!(size(""), None);
+}

@@ -1,0 +1,154 @@
+use super::*;
+use crate::app::scrub::Bar;
+
+fn overlay(scale_factor: f64) -> Overlay {
+    Overlay::new(scale_factor, &Keymap::default())
+}
+
+fn everything() -> OverlayWish {
+    OverlayWish {
+        statistics: true,
+        axes: true,
+        divider: Some(30),
+        zoom: 1,
+        sheet: true,
+        picked: vec![("triangle".into(), "7".into())],
+        marks: vec![(0, 0), (i32::MIN, i32::MAX)],
+        recording: true,
+        bar: Some(BarWish {
+            bar: Bar::new((70, 40), 1.0, 48),
+            frame: 20,
+            frames_per_op: 16,
+            section: Some((3, 30)),
+        }),
+        question: Some("really?".into()),
+        message: Some("saved raybomb-0001.png".into()),
+    }
+}
+
+fn draw(overlay: &mut Overlay, wish: &OverlayWish, width: usize, height: usize) -> Vec<u32> {
+    let mut pixels = vec![0xff_ffff; width * height];
+    let mut canvas = Canvas {
+        pixels: &mut pixels,
+        width,
+        height,
+    };
+    overlay.draw(&mut canvas, wish, &[Line::new("fps", "60")]);
+    pixels
+}
+
+#[test]
+fn nothing_asked_for_changes_no_pixel() {
+    let pixels = draw(&mut overlay(1.0), &OverlayWish::default(), 320, 200);
+    assert!(pixels.iter().all(|&p| p == 0xff_ffff));
+}
+
+#[test]
+fn every_size_and_scale_factor_is_survived() {
+    for scale_factor in [0.5, 1.0, 1.25, 3.0] {
+        let mut overlay = overlay(scale_factor);
+        for (width, height) in [(1, 1), (1, 500), (500, 1), (70, 40), (1200, 800)] {
+            let pixels = draw(&mut overlay, &everything(), width, height);
+            assert!(pixels.iter().any(|&p| p != 0xff_ffff));
+        }
+    }
+}
+
+#[test]
+fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
+    let line = Line::new("report", "shaded, 12.0 s");
+    let view = crate::camera::Camera::default_for(crate::geometry::Aabb::EMPTY);
+    let view = view.view(64, 48, false);
+    for (width, height) in [(1, 1), (1, 300), (300, 1), (640, 300)] {
+        let mut pixels = vec![0xff_ffff; width * height];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width,
+            height,
+        };
+        let mut overlay = overlay(1.0);
+        overlay.axes(&mut canvas, &view, &OverlayWish::default());
+        for column in [None, Some(0), Some(320), Some(usize::MAX)] {
+            let lines = [line.clone(), line.clone()];
+            overlay.labels(&mut canvas, &Labels { column, lines });
+        }
+        assert!(pixels.iter().any(|&p| p != 0xff_ffff));
+    }
+    let mut pixels = vec![0xff_ffff; 640 * 300];
+    let mut canvas = Canvas {
+        pixels: &mut pixels,
+        width: 640,
+        height: 300,
+    };
+    let lines = [line, Line::new("", "")];
+    overlay(1.0).labels(
+        &mut canvas,
+        &Labels {
+            column: Some(320),
+            lines,
+        },
+    );
+    let row = &pixels[5 * 640..][..640];
+    assert!(row[310] != 0xff_ffff && row[318] == 0xff_ffff);
+}
+
+#[test]
+fn the_bar_has_a_tick_for_each_operation() {
+    let (width, height) = (200, 40);
+    let bar = Bar::new((width, height), 1.0, 48);
+    let wish = OverlayWish {
+        bar: Some(BarWish {
+            bar,
+            frame: 0,
+            frames_per_op: 16,
+            section: None,
+        }),
+        ..OverlayWish::default()
+    };
+    let pixels = draw(&mut overlay(1.0), &wish, width, height);
+    // Above the line, where ticks reach and the handle at frame 0 too.
+    let row = &pixels[(bar.top_px + 9) * width..][..width];
+    let ticks = (1..width).filter(|&x| row[x] == GREY && row[x - 1] != GREY);
+    assert_eq!(ticks.count(), 3);
+    assert!(row[bar.x_of(0) as usize] == WHITE);
+}
+
+#[test]
+fn a_message_covers_no_line_of_the_sheet() {
+    let (width, height) = (640, 480);
+    let mut overlay = overlay(1.0);
+    let mut with = |message: Option<&str>| {
+        let wish = OverlayWish {
+            sheet: true,
+            message: message.map(str::to_owned),
+            ..OverlayWish::default()
+        };
+        draw(&mut overlay, &wish, width, height)
+    };
+    let (alone, told) = (with(None), with(Some("trackball")));
+    let rows = alone.chunks(width).zip(told.chunks(width));
+    let changed: Vec<usize> = rows
+        .enumerate()
+        .filter(|(_, (a, b))| a != b)
+        .map(|(y, _)| y)
+        .collect();
+    let (_, cell_height) = overlay.font.cell();
+    let last = changed.last().expect("a message");
+    assert!(last - changed[0] < cell_height as usize, "{changed:?}");
+    let layout = Layout::of(&overlay.sheet, overlay.font.cell());
+    let top = (height as i32 - layout.height) / 2 + layout.margin;
+    assert!((*last as i32) < top + cell_height, "{changed:?}");
+}
+
+#[test]
+fn the_whole_sheet_fits_in_the_default_window() {
+    let mut overlay = overlay(1.0);
+    let mut pixels = vec![0; 640 * 480];
+    let canvas = Canvas {
+        pixels: &mut pixels,
+        width: 640,
+        height: 480,
+    };
+    let sheet = overlay.sheet.clone();
+    assert!(overlay.layout(&canvas, &sheet).fits(&canvas));
+}

@@ -1,0 +1,173 @@
+//! Pictures on their way: ordered, taken, shown with what lies over them, saved.
+
+use std::path::Path;
+use std::time::Instant;
+
+use winit::event_loop::ActiveEventLoop;
+
+use super::{Message, Stage, Viewer};
+use crate::app::overlay::Line;
+use crate::app::pace::Moment;
+use crate::app::painter::Picture;
+use crate::app::state::OverlayWish;
+use crate::app::{backend, screenshot};
+use crate::render::Samples;
+
+impl Viewer {
+    /// What is to be drawn over the picture now.
+    pub(super) fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
+        let board = self.opener.board(Instant::now());
+        let is_quiet = self.kiosk.is_some() && self.picture.is_some();
+        let board = board.filter(|_| self.state.may_overlay() && !is_quiet);
+        (self.state.overlay(), board)
+    }
+
+    /// Shows the newest picture, whole, with what is to be drawn over it.
+    pub(super) fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        self.state.advance(self.now());
+        self.drawn = self.wanted_overlay();
+        let Stage::Running(screen) = &mut self.stage else {
+            return;
+        };
+        let picture = self.picture.as_deref();
+        let figures = if self.drawn.0.statistics {
+            let mut lines = self.statistics.lines(picture, self.state.frame());
+            lines.extend(picture.map(fineness));
+            lines.push(self.pace.latencies.line());
+            lines
+        } else {
+            Vec::new()
+        };
+        let (overlay, drawn, slow) = (&mut self.overlay, &self.drawn, &self.slow);
+        let wish = picture.map(|p| &p.wish);
+        let labels = wish
+            .filter(|_| self.state.may_overlay())
+            .and_then(|wish| slow.labels(wish, self.side_times));
+        self.redrawn = Instant::now();
+        // Before the first picture there is a board to be read.
+        let kiosk = self.kiosk.as_ref().filter(|_| picture.is_some());
+        let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
+        let shown = screen.show(picture, |canvas| {
+            if let Some(wish) = wish {
+                slow.lay(wish, canvas.pixels, canvas.width);
+                if drawn.0.axes {
+                    overlay.axes(canvas, &wish.view, &drawn.0);
+                }
+            }
+            overlay.draw(canvas, &drawn.0, &figures);
+            if let Some(labels) = &labels {
+                overlay.labels(canvas, labels);
+            }
+            if let Some(board) = &drawn.1 {
+                overlay.board(canvas, board);
+            }
+            if light < 256 {
+                canvas.fade(light);
+            }
+        });
+        match shown {
+            Ok(time) => self.present = time,
+            Err(e) => return self.fail(event_loop, e),
+        }
+        self.slow.is_new = false;
+        if std::mem::take(&mut self.is_new)
+            && let Some(picture) = &self.picture
+        {
+            self.pace.shown(picture, Instant::now());
+            self.statistics.count(self.now(), self.present);
+        }
+    }
+
+    /// A picture came: the one before goes back to the render thread.
+    pub(super) fn take_picture(&mut self, picture: Box<Picture>) {
+        self.is_awaited = false;
+        if !self.pace.is_of_scene(&picture) {
+            return self.painter.give_back(picture.frame);
+        }
+        if self.epoch.is_none() {
+            self.epoch = Some(Instant::now());
+            if let Some(screen) = self.stage.screen() {
+                backend::take_keyboard(&screen.window);
+            }
+        }
+        self.pace.took(&picture, self.present);
+        if picture.samples == Samples::ONE {
+            self.side_times = picture.side_times;
+        }
+        if let Some(old) = self.picture.replace(picture) {
+            self.painter.give_back(old.frame);
+        }
+        self.is_new = true;
+        self.stage.request_redraw();
+        if self.to_be_saved {
+            self.save_picture();
+        }
+    }
+
+    /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
+    pub(super) fn save_picture(&mut self) {
+        self.saving.retain(|thread| !thread.is_finished());
+        let is_ready = |p: &Picture| p.pixel_size == 1 && self.slow.are_whole(&p.wish);
+        self.to_be_saved = self.picture.as_deref().is_some_and(|p| !is_ready(p));
+        if self.to_be_saved {
+            return;
+        }
+        let Some(picture) = &self.picture else {
+            return self.tell("no picture to save yet");
+        };
+        let frame = self.slow.whole(&picture.wish, &picture.frame);
+        let proxy = self.proxy.clone();
+        self.saving.push(std::thread::spawn(move || {
+            let saved = screenshot::save(&frame, Path::new("."));
+            // Fails when the loop has ended: the file is there all the same.
+            let _ = proxy.send_event(Message::Saved(saved));
+        }));
+    }
+
+    /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
+    pub(super) fn order(&mut self) -> Option<Instant> {
+        let Stage::Running(screen) = &self.stage else {
+            return None;
+        };
+        // One after the other: the next picture would take the cores from showing this one. The newest wish waits
+        // here; that of a picture which may be interrupted need not.
+        if !self.opener.has_scene() || self.is_awaited || self.is_new {
+            return None;
+        }
+        let time_moves = self.session.time_moves();
+        let moment = Moment {
+            at: Instant::now(),
+            interval: screen.interval,
+            // While a script's time stands, so does the picture.
+            turning: time_moves && self.state.is_turning(),
+            frame_time: self.state.frame_time().filter(|_| time_moves),
+            must_be_fine: self.to_be_saved,
+        };
+        let wish = self.state.wish();
+        self.slow.order(&wish);
+        let step = self.pace.step(wish, &moment);
+        if let Some(order) = step.order {
+            self.is_awaited = order.moving;
+            self.painter.order(order);
+        }
+        step.wake
+    }
+
+    /// Asks for a redraw where what is drawn over the picture is not what should be.
+    pub(super) fn refresh_overlay(&mut self) {
+        if self.drawn != self.wanted_overlay() {
+            self.stage.request_redraw();
+        }
+    }
+}
+
+/// How fine the picture is, for the figures.
+fn fineness(picture: &Picture) -> Line {
+    let (size, samples) = (picture.pixel_size, picture.samples.count());
+    let text = match (size, samples) {
+        (1, 1) => "1 sample a pixel".to_string(),
+        (1, _) => format!("{samples} samples a pixel"),
+        _ => format!("{size}x{size} pixels as one"),
+    };
+    Line::new("detail", text)
+}

@@ -296,7 +296,7 @@ impl Viewer {
                     self.painter.probe(probe);
                 }
                 Command::Save(document) => self.save_scene(document),
-                Command::Screenshot => self.save_picture(),
+                Command::Screenshot => self.ask_for_picture(),
                 Command::Quit => event_loop.exit(),
                 Command::Browse { forward } => self.browse(event_loop, forward),
                 Command::Open(path) => self.open_source(event_loop, Source::File(path)),

@@ -7,7 +7,7 @@
 
 use std::fmt;
 use std::fs;
-use std::io;
+use std::io::{self, Read as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,6 +24,9 @@ use crate::world::World;
 
 /// Where the text of a scene begins, read ahead to learn its camera.
 const HEAD_BYTES: usize = 1 << 14;
+
+/// So much of a file is read between two words about it.
+const READ_BYTES: u64 = 1 << 24;
 
 /// Scenes with so many triangles are shown with a coarse tree first: the better one of fewer is there at once.
 const LARGE: usize = 50_000;
@@ -99,8 +102,8 @@ pub struct Loaded {
 /// What a load is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Bytes come from the file.
-    Reading,
+    /// Bytes come from the file: so many percent of them, if its length is known.
+    Reading(Option<u8>),
     /// A demo is being made.
     Making,
     /// So many bytes become triangles.
@@ -112,7 +115,8 @@ pub enum Stage {
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Stage::Reading => f.write_str("reading the file"),
+            Stage::Reading(None) => f.write_str("reading the file"),
+            Stage::Reading(Some(percent)) => write!(f, "reading the file, {percent} %"),
             Stage::Making => f.write_str("making the scene"),
             Stage::Parsing(bytes) => write!(f, "parsing {:.1} MB", *bytes as f64 / 1e6),
             Stage::Building(triangles) => write!(f, "building a tree of {triangles} triangles"),
@@ -175,9 +179,9 @@ impl Source {
             }
             Source::Text { text, .. } => Arc::clone(text),
             Source::File(path) => {
-                at(Stage::Reading);
+                at(Stage::Reading(None));
                 let why = |why| format!("cannot read {}: {why}", path.display());
-                let text = read_file(path).map_err(|e| LoadError::Unreadable(why(e)))?;
+                let text = read(path, at).map_err(|e| LoadError::Unreadable(why(e)))?;
                 Arc::new(text)
             }
         };
@@ -197,17 +201,34 @@ impl Source {
 /// # Errors
 /// Why not, in words.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    match fs::metadata(path) {
+    read(path, &|_| ())
+}
+
+/// The same, telling how far it is.
+fn read(path: &Path, at: &impl Fn(Stage)) -> Result<Vec<u8>, String> {
+    let length = match fs::metadata(path) {
         Ok(m) if m.is_dir() => return Err("it is a folder".to_owned()),
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Err("no such file".to_owned()),
-        _ => {}
-    }
-    fs::read(path).map_err(|e| e.to_string())
+        Ok(m) => m.len(),
+        Err(e) => return Err(e.to_string()),
+    };
+    let mut text = Vec::new();
+    let mut read_all = || -> io::Result<()> {
+        let mut file = fs::File::open(path)?;
+        text.try_reserve(usize::try_from(length).unwrap_or(usize::MAX))?;
+        while file.by_ref().take(READ_BYTES).read_to_end(&mut text)? > 0 {
+            // A pipe has no length; a file may grow.
+            let percent = (text.len() as u64 * 100).checked_div(length);
+            at(Stage::Reading(percent.map(|p| p.min(100) as u8)));
+        }
+        Ok(())
+    };
+    read_all().map_err(|e| e.to_string())?;
+    Ok(text)
 }
 
 /// The first bytes of an ordinary file; a pipe can be read only once.
 fn head_of(path: &Path) -> io::Result<Vec<u8>> {
-    use std::io::Read as _;
     let mut head = Vec::new();
     if fs::metadata(path)?.is_file() {
         let file = fs::File::open(path)?;

@@ -213,7 +213,7 @@ impl Opener {
             .start(self.source.clone(), self.written.clone(), told)
             .map_err(|e| LoadError::Broken(format!("the system gives no thread: {e}")))?;
         self.loading = Some(Loading {
-            stage: Stage::Reading,
+            stage: Stage::Reading(None),
             since: Instant::now(),
         });
         Ok(())

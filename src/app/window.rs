@@ -324,7 +324,7 @@ impl Viewer {
                     self.painter.probe(probe);
                 }
                 Command::Save(document) => self.save_scene(document),
-                Command::Screenshot => self.save_picture(),
+                Command::Screenshot => self.ask_for_picture(),
                 Command::TakeBack(kept) => self.take_back(*kept),
                 Command::DropMoves => self.drop_moves(),
                 Command::Quit => {

@@ -29,8 +29,9 @@ pub struct Picked {
 }
 
 impl Renderer {
-    /// What pixel (`x`, `y`) of the picture of `view` shows; `None` for the background, and outside of it. The
-    /// pixel's tile is traced as it is for the picture, so that it is the same triangle to the bit.
+    /// What pixel (`x`, `y`) of the picture of `view` shows; `None` for the background, and outside of it. It is traced
+    /// as it is for the picture, with all of its tile where the engine goes by tiles, so that it is the same triangle to
+    /// the bit.
     #[must_use]
     pub fn pick(
         &self,
@@ -48,7 +49,14 @@ impl Renderer {
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner());
         let (x0, y0) = (x - x % TILE, y - y % TILE);
-        if !engine.trace(&mut tracer, kernel, x0, y0, false) {
+        let has_hits = if engine.goes_by_tiles() {
+            engine.trace(&mut tracer, kernel, x0, y0, false)
+        } else {
+            // A whole tile may take minutes.
+            let pixel = [(x - x0, y - y0)];
+            engine.trace_pixels(tracer.cleared_tile(), x0, y0, &pixel, &|| true)
+        };
+        if !has_hits {
             return None;
         }
         let tile = tracer.tile();
@@ -86,25 +94,27 @@ mod tests {
         let world = World::compile(&scene);
         let view = Camera::of_scene(&scene, world.bounds()).view(150, 100, false);
         let mut hits = Hits::default();
-        let (engine, kernel) = (Engine::Fast, Kernel::best());
-        let traced = renderer.hits(&world, &view, engine, kernel, &mut hits, &Progress::new());
-        assert!(traced.is_ok());
+        let kernel = Kernel::best();
         let mut count = 0;
-        for y in (0..100).step_by(9) {
-            for x in (0..150).step_by(7) {
-                let hit = hits.pixels[y * 150 + x];
-                let picked = renderer.pick(&world, &view, engine, kernel, (x, y));
-                assert_eq!(picked.map_or(MISS, |p| p.id), hit.id);
-                let Some(p) = picked else { continue };
-                count += 1;
-                let triangle = scene.triangles[p.id as usize];
-                assert_eq!((p.corners, p.color), (triangle.corners, triangle.color));
-                let off = unit_normal(&p.corners).dot(p.point - p.corners[0].as_dvec3());
-                assert!(off.abs() < 1e-3 * p.distance, "off its plane by {off}");
-                assert!((p.point - view.eye.as_dvec3()).length() - p.distance < 1e-9);
+        for engine in [Engine::Fast, Engine::Brute, Engine::Report] {
+            let traced = renderer.hits(&world, &view, engine, kernel, &mut hits, &Progress::new());
+            assert!(traced.is_ok());
+            for y in (0..100).step_by(9) {
+                for x in (0..150).step_by(7) {
+                    let hit = hits.pixels[y * 150 + x];
+                    let picked = renderer.pick(&world, &view, engine, kernel, (x, y));
+                    assert_eq!(picked.map_or(MISS, |p| p.id), hit.id);
+                    let Some(p) = picked else { continue };
+                    count += 1;
+                    let triangle = scene.triangles[p.id as usize];
+                    assert_eq!((p.corners, p.color), (triangle.corners, triangle.color));
+                    let off = unit_normal(&p.corners).dot(p.point - p.corners[0].as_dvec3());
+                    assert!(off.abs() < 1e-3 * p.distance, "off its plane by {off}");
+                    assert!((p.point - view.eye.as_dvec3()).length() - p.distance < 1e-9);
+                }
             }
+            assert_eq!(renderer.pick(&world, &view, engine, kernel, (150, 0)), None);
         }
-        assert!(count > 20, "{count} hits");
-        assert_eq!(renderer.pick(&world, &view, engine, kernel, (150, 0)), None);
+        assert!(count > 60, "{count} hits");
     }
 }

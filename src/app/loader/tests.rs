@@ -92,6 +92,20 @@ fn a_large_scene_comes_with_a_coarse_tree_and_then_with_a_better_one_of_the_same
 }
 
 #[test]
+fn a_large_file_is_read_whole_and_tells_how_far_it_is() {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let bytes: Vec<u8> = (0..40 << 20).map(|i: u32| i as u8).collect();
+    fs::write(file.path(), &bytes).expect("written");
+    let stages = std::cell::RefCell::new(Vec::new());
+    let text = read(file.path(), &|stage| stages.borrow_mut().push(stage));
+    assert!(text.expect("read") == bytes);
+    let stages = stages.into_inner();
+    let words: Vec<String> = stages.iter().map(Stage::to_string).collect();
+    let expected = [40, 80, 100].map(|percent| format!("reading the file, {percent} %"));
+    assert_eq!(words, expected);
+}
+
+#[test]
 fn a_bad_text_is_told_with_its_place_and_a_missing_file_with_its_name() {
     let mut loader = Loader::new(1);
     let (_, bad) = done(&start(&mut loader, text("<d\n0 0 -1\n1\nx")));

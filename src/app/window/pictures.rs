@@ -104,6 +104,15 @@ impl Viewer {
         }
     }
 
+    /// The user wants a file of the picture; that of a slow engine may take its time.
+    pub(super) fn ask_for_picture(&mut self) {
+        self.save_picture();
+        let wish = self.picture.as_ref().map(|p| p.wish);
+        if wish.is_some_and(|wish| !self.slow.are_whole(&wish)) {
+            self.tell("the picture is saved when it is whole");
+        }
+    }
+
     /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
     pub(super) fn save_picture(&mut self) {
         self.saving.retain(|thread| !thread.is_finished());

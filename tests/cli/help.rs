@@ -145,20 +145,25 @@ fn the_readme_names_every_command_and_option() {
     }
 }
 
+/// The chords and the words of each line of the table of keys that the program prints.
+fn bindings(listing: &str) -> Vec<(Vec<&str>, &str)> {
+    let lines = listing.lines().skip_while(|line| *line != "[keys]");
+    lines
+        .skip(1)
+        .map(|line| {
+            let (entry, says) = line.split_once("  # ").expect("words");
+            let (_, value) = entry.split_once(" = ").expect("a name and chords");
+            let chords = value.trim().trim_matches(['[', ']']).split(", ");
+            (chords.map(|c| &c[1..c.len() - 1]).collect(), says)
+        })
+        .collect()
+}
+
 #[test]
 fn the_readme_has_the_table_of_keys_that_the_program_prints() {
     let run = Folder::new().run(&["--list-bindings"]).ok();
     let mut rows: Vec<(String, &str)> = Vec::new();
-    for line in run
-        .stdout
-        .lines()
-        .skip_while(|line| *line != "[keys]")
-        .skip(1)
-    {
-        let (entry, says) = line.split_once("  # ").expect("words");
-        let (_, value) = entry.split_once(" = ").expect("a name and chords");
-        let chords = value.trim().trim_matches(['[', ']']).split(", ");
-        let chords: Vec<&str> = chords.map(|c| &c[1..c.len() - 1]).collect();
+    for (chords, says) in bindings(&run.stdout) {
         let chords = format!("`{}`", chords.join("` `"));
         match rows.last_mut() {
             Some((row, same)) if *same == says => *row += &format!(" {chords}"),
@@ -186,10 +191,9 @@ fn the_page_about_the_window_names_every_key() {
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/viewer.md"))
         .expect("there is a docs/viewer.md");
     let run = Folder::new().run(&["--list-bindings"]).ok();
-    for line in run.stdout.lines() {
-        let (chords, _) = line.split_once("  ").expect("two columns");
-        for chord in chords.split(' ') {
-            assert!(page.contains(&format!("`{chord}`")), "no `{chord}`");
-        }
+    let bindings = bindings(&run.stdout);
+    assert!(bindings.len() > 20, "{bindings:?}");
+    for chord in bindings.into_iter().flat_map(|(chords, _)| chords) {
+        assert!(page.contains(&format!("`{chord}`")), "no `{chord}`");
     }
 }

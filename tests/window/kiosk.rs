@@ -30,7 +30,6 @@ fn a_kiosk_shows_a_folders_scenes_in_turn_passes_over_bad_ones_and_knows_only_q(
     viewer.shows(&second, "the end of the third");
     let line = viewer.says(0);
     assert!(line.starts_with("show/b.txt:1:1: expected"), "{line}");
-    viewer.shows(&first, "round to the first");
     viewer.keys(&["q"]);
     assert_eq!(viewer.ends().code(), Some(0));
 }

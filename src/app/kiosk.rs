@@ -10,9 +10,9 @@ use crate::world::World;
 use std::sync::Arc;
 
 /// From light to black, and back.
-const FADE: Duration = Duration::from_millis(700);
+const FADE: Duration = Duration::from_millis(600);
 /// How long a scene stands after its last operation, and one that has none in all.
-const REST: Duration = Duration::from_millis(1500);
+const REST: Duration = Duration::from_millis(1000);
 const STAND: Duration = Duration::from_secs(8);
 
 /// Something that the window has to do.
@@ -217,7 +217,7 @@ mod tests {
         k.loaded(scene("a"));
         assert!(matches!(k.turn(at(10), false), Some(Turn::Show(_))));
         assert_eq!(name(k.turn(at(10), true)), "b");
-        assert!(k.is_fading(at(20)) && k.light(at(360)) == 128 && k.light(at(710)) == 256);
+        assert!(k.is_fading(at(20)) && k.light(at(310)) == 128 && k.light(at(710)) == 256);
         // It plays for 20 seconds, and the next one is there long before.
         k.loaded(scene("b"));
         for ms in (1000..20_000).step_by(50) {

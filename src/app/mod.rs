@@ -1,7 +1,8 @@
 //! The viewer: a window that shows the scene, turns with the hand and plays the operations.
 //!
 //! Events become [`action`]s, actions change the [`state`], the state wishes for a picture, [`pace`] decides when and
-//! how fine, the [`painter`] thread renders it, the [`window`] shows it whole. Scenes come by way of the [`opener`],
+//! how fine, the [`painter`] thread renders it (and a [`companion`], bit by bit, what slow engines make of it), the
+//! [`window`] shows it whole. Scenes come by way of the [`opener`],
 //! which loads and watches files on other threads. Everything but the window itself is plain data that tests reach.
 //! The picture is rendered by the same `Renderer` as a file's, from the same camera of the same frame number: the
 //! window's pixels are the file's, to the bit. What the hand does to the camera is kept as it would be saved

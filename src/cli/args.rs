@@ -194,6 +194,9 @@ pub struct BenchArgs {
     /// Also tell where the time of a picture goes (workloads primary and shaded, engine fast)
     #[arg(long)]
     pub stages: bool,
+    /// Also tell what more threads would bring, from the time of each tile (workload primary, engine fast)
+    #[arg(long)]
+    pub scaling: bool,
     /// Print one JSON object on one line
     #[arg(long)]
     pub json: bool,

@@ -4,6 +4,7 @@
 
 mod rays;
 mod report;
+mod scaling;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -11,6 +12,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use report::{Report, StagesReport};
+use scaling::ScalingReport;
 
 use super::args::{BenchArgs, Workload};
 use super::console::print;
@@ -49,6 +51,12 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
             "--stages needs --workload primary or shaded and --engine fast".to_owned(),
         ));
     }
+    if args.scaling && !(args.workload == Workload::Primary && args.machine.engine == Engine::Fast)
+    {
+        return Err(Failure::Usage(
+            "--scaling needs --workload primary and --engine fast".to_owned(),
+        ));
+    }
     let free = matches!(
         args.workload,
         Workload::Shadow | Workload::Bounce | Workload::Random
@@ -71,6 +79,14 @@ pub fn run(args: &BenchArgs, progress: &Progress) -> Outcome {
     let mut report = bench.report(measured);
     if args.stages {
         report.stages = Some(bench.stages()?);
+    }
+    if args.scaling {
+        let kernel = args.machine.kernel;
+        let runs =
+            (0..args.frames).map(|_| bench.renderer.tile_times(&bench.world, &bench.view, kernel));
+        // Each tile's best: another program's slice is not the tile's.
+        let best = runs.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| a.min(b)).collect());
+        report.scaling = Some(ScalingReport::of(&best.unwrap_or_default()));
     }
     if args.json {
         let json = serde_json::to_string(&report)
@@ -370,6 +386,7 @@ impl<'a> Bench<'a> {
             hits: rays.as_ref().and_then(|r| r.hits),
             hash: rays.map(|r| r.hash),
             stages: None,
+            scaling: None,
         }
     }
 }

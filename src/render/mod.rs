@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use crate::bvh::Bvh;
 use crate::camera::View;
 use crate::color::Rgb;
-use crate::frame::{Frame, Hits};
+use crate::frame::{Frame, Hit, Hits};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
 use crate::shade::Shader;
@@ -252,12 +252,7 @@ impl Renderer {
         self.each_tile(&plane, progress, |tracer, out, clock| {
             let hit = engine.trace(tracer, kernel, out.x(), out.y(), false);
             clock.traced();
-            let ids = &world.bvh().file_ids;
-            if hit {
-                hit_plane::write(kernel, tracer.tile(), ids, engine.t_per_w(), out);
-            } else {
-                hit_plane::write_misses(out);
-            }
+            engine.write_hits(hit, tracer, kernel, out);
             clock.shaded();
         })
     }
@@ -274,6 +269,24 @@ impl Renderer {
             }
         }
         tracer.take_stages()
+    }
+
+    /// The time that the fast engine takes for each tile of a picture, row by row, on one thread, output included.
+    #[must_use]
+    pub fn tile_times(&self, world: &World, view: &View, kernel: Kernel) -> Vec<Duration> {
+        let mut hits = Hits::default();
+        hits.resize(view.width, view.height);
+        let engine = EngineAtWork::new(world, view, Engine::Fast);
+        let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
+        let mut tracer = Tracer::default();
+        let mut times = Vec::with_capacity(plane.count());
+        while let Some(mut out) = plane.next() {
+            let start = Instant::now();
+            let hit = engine.trace(&mut tracer, kernel, out.x(), out.y(), false);
+            engine.write_hits(hit, &tracer, kernel, &mut out);
+            times.push(start.elapsed());
+        }
+        times
     }
 
     /// Does `work` for every tile of `plane`: one parallel section, each thread taking the next free tile.
@@ -369,6 +382,16 @@ impl<'a> EngineAtWork<'a> {
                 Engine::Brute => Kind::Brute(world.corners()),
                 Engine::Report => Kind::Report(ReportTracer::new(world.corners())),
             },
+        }
+    }
+
+    /// Writes what [`EngineAtWork::trace`] found, `hit` its answer.
+    fn write_hits(&self, hit: bool, tracer: &Tracer, kernel: Kernel, out: &mut PlaneTile<'_, Hit>) {
+        if hit {
+            let ids = &self.bvh.file_ids;
+            hit_plane::write(kernel, tracer.tile(), ids, self.t_per_w(), out);
+        } else {
+            hit_plane::write_misses(out);
         }
     }
 

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::scaling::ScalingReport;
+
 /// One line of `bench --json`: scripts rely on names and order.
 #[derive(Debug, Serialize)]
 pub struct Report {
@@ -33,6 +35,9 @@ pub struct Report {
     /// With `--stages`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stages: Option<StagesReport>,
+    /// With `--scaling`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scaling: Option<ScalingReport>,
 }
 
 /// Ticks of the time stamp counter a pixel, all threads together.
@@ -75,7 +80,7 @@ impl Report {
         format!(
             "{}: {} triangles, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}{built}\n\
-             {quality}build {:.1} ms, {:.1} bytes a triangle{counts}{}",
+             {quality}build {:.1} ms, {:.1} bytes a triangle{counts}{}{}",
             self.scene,
             self.triangles,
             self.width,
@@ -91,7 +96,10 @@ impl Report {
             self.bytes_per_triangle,
             self.stages
                 .as_ref()
-                .map_or_else(String::new, StagesReport::words)
+                .map_or_else(String::new, StagesReport::words),
+            self.scaling
+                .as_ref()
+                .map_or_else(String::new, ScalingReport::words)
         )
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Source: Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
 
-use super::prim::Prim;
+use super::prim::{Prim, load, middle};
 use crate::simd::{
     Select, Simd, SimdBase, SimdCvtFloat, SimdInterleaved, SimdMask, SimdSplit, f32x4, f32x8, i32x4,
 };
@@ -45,20 +45,6 @@ pub(super) struct Split {
 struct Binning {
     origin: [f32; 4],
     factor: [f32; 4],
-}
-
-/// The middle of a box. The fourth lane is of no use.
-#[inline(always)]
-fn middle<S: Simd>(simd: S, prim: &Prim) -> f32x4<S> {
-    let (low, minus_high) = load(simd, prim).split();
-    let half = f32x4::splat(simd, 0.5);
-    // Half of each bound first: the sum may be beyond the range of f32.
-    low * half - minus_high * half
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, prim: &Prim) -> f32x8<S> {
-    f32x8::load_array_ref(simd, &prim.0)
 }
 
 impl Binning {
@@ -154,7 +140,7 @@ impl<const N: usize> Bins<N> {
         let (mut costs, mut least) = ([[0.0; N]; 3], none);
         let (mut left, mut right) = ([[0.0; 4]; N], [[0.0; 4]; N]);
         let mut left_weights = [0i32; N];
-        for axis in 0..3 {
+        for (axis, costs) in costs.iter_mut().enumerate() {
             let bins = &self.bounds[axis];
             let (mut bounds, mut sum) = (f32x8::splat(simd, f32::INFINITY), 0);
             for i in 0..N {
@@ -178,7 +164,7 @@ impl<const N: usize> Bins<N> {
                 let both = left_weight.simd_gt(0) & right_weight.simd_gt(0);
                 // Not where infinite areas made it NaN, either.
                 let cost = (both & cost.simd_lt(none)).select(cost, none);
-                cost.store_slice(&mut costs[axis][at..at + 4]);
+                cost.store_slice(&mut costs[at..at + 4]);
                 least = least.min(cost);
             }
         }

@@ -6,7 +6,7 @@
 
 pub use fearless_simd::prelude::*;
 use fearless_simd::{Fallback, Level};
-pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x8};
+pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x4, i32x8, u32x4, u64x2};
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::{f32x16, u8x16};
 
@@ -204,7 +204,7 @@ pub trait Lanes: Simd {
 
 /// Four rows become four columns.
 #[inline(always)]
-fn transpose4<S: Simd>(rows: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
+pub fn transpose4<S: Simd>(rows: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
     let [a, b, c, d] = rows;
     let (ac0, ac1) = (a.zip_low(c), a.zip_high(c));
     let (bd0, bd1) = (b.zip_low(d), b.zip_high(d));

@@ -7,9 +7,12 @@ use std::sync::OnceLock;
 use glam::{DVec3, Vec3};
 
 use crate::bvh::{Bvh, BvhStats, Quality};
-use crate::geometry::{Aabb, unit_normal};
+use crate::geometry::{Aabb, corner_lanes, unit_normal};
 use crate::scene::{Scene, Triangle};
-use crate::simd::{Kernel, Simd, SimdBase, SimdFloat, dispatch, f64x4};
+use crate::simd::{
+    Kernel, Simd, SimdBase, SimdFloat, SimdNarrow, SimdSplit, SimdWiden, dispatch, f32x8, f64x4,
+    transpose4,
+};
 
 /// What shading needs of a triangle, 16 bytes: the light's direction mirrored at its plane (x, y, z), and the bits
 /// of its colour `0x00RRGGBB`.
@@ -139,7 +142,7 @@ fn unit(v: DVec3) -> DVec3 {
     v / v.length()
 }
 
-/// Appends the records of the triangles `ids`, none of which is degenerate, to `out`: four at a time, each with the
+/// Appends the records of the triangles `ids`, none of which is degenerate, to `out`: eight at a time, each with the
 /// very operations of [`unit_normal`] in their order.
 #[inline(always)]
 fn mirror_records<S: Simd>(
@@ -149,41 +152,64 @@ fn mirror_records<S: Simd>(
     ids: &[u32],
     out: &mut Vec<MirrorRecord>,
 ) {
-    for ids in ids.chunks(4) {
-        let mut corners = [[[0.0; 4]; 3]; 3];
-        let mut colors = [0.0; 4];
-        for lane in 0..4 {
-            let triangle = &triangles[ids[lane.min(ids.len() - 1)] as usize];
-            for (to, from) in corners.iter_mut().zip(triangle.corners) {
-                for (to, from) in to.iter_mut().zip(from.to_array()) {
-                    to[lane] = f64::from(from);
-                }
-            }
-            colors[lane] = f32::from_bits(triangle.color.packed());
-        }
-        let edge = |corner: usize, axis: usize| {
-            f64x4::load_array(simd, corners[corner][axis])
-                - f64x4::load_array(simd, corners[0][axis])
-        };
-        let (bx, by, bz) = (edge(1, 0), edge(1, 1), edge(1, 2));
-        let (cx, cy, cz) = (edge(2, 0), edge(2, 1), edge(2, 2));
-        let (x, y, z) = (by * cz - cy * bz, bz * cx - cz * bx, bx * cy - cx * by);
-        let largest = x.abs().max(y.abs().max(z.abs()));
-        let (x, y, z) = (x / largest, y / largest, z / largest);
-        let length = (x * x + y * y + z * z).sqrt();
-        let (x, y, z) = (x / length, y / length, z / length);
-        let of_light = x * light.x + y * light.y + z * light.z;
-        let twice = of_light * 2.0;
-        let mirrored = |light: f64, n: f64x4<S>| (f64x4::splat(simd, light) - n * twice).to_array();
-        let (x, y, z) = (
-            mirrored(light.x, x),
-            mirrored(light.y, y),
-            mirrored(light.z, z),
+    for ids in ids.chunks(8) {
+        let of_lane: [&Triangle; 8] =
+            std::array::from_fn(|lane| &triangles[ids[lane.min(ids.len() - 1)] as usize]);
+        let [ax, ay, az] = corner_lanes(simd, &of_lane, 0);
+        let [bx, by, bz] = corner_lanes(simd, &of_lane, 1);
+        let [cx, cy, cz] = corner_lanes(simd, &of_lane, 2);
+        // Not `map`, here and below: what it calls may not be inlined, and would be compiled without the wide
+        // instructions.
+        let (ax, ay, az) = (ax.widen(), ay.widen(), az.widen());
+        let (bx, by, bz) = (bx.widen(), by.widen(), bz.widen());
+        let (cx, cy, cz) = (cx.widen(), cy.widen(), cz.widen());
+        let low = mirrored(
+            light,
+            [bx.0 - ax.0, by.0 - ay.0, bz.0 - az.0],
+            [cx.0 - ax.0, cy.0 - ay.0, cz.0 - az.0],
         );
-        for lane in 0..ids.len() {
-            out.push([x[lane] as f32, y[lane] as f32, z[lane] as f32, colors[lane]]);
-        }
+        let high = mirrored(
+            light,
+            [bx.1 - ax.1, by.1 - ay.1, bz.1 - az.1],
+            [cx.1 - ax.1, cy.1 - ay.1, cz.1 - az.1],
+        );
+        let colors = of_lane.map(|triangle| f32::from_bits(triangle.color.packed()));
+        let (x0, x1) = low[0].narrow(high[0]).split();
+        let (y0, y1) = low[1].narrow(high[1]).split();
+        let (z0, z1) = low[2].narrow(high[2]).split();
+        let (color0, color1) = f32x8::load_array(simd, colors).split();
+        let [r0, r1, r2, r3] = transpose4([x0, y0, z0, color0]);
+        let [r4, r5, r6, r7] = transpose4([x1, y1, z1, color1]);
+        let records = [
+            r0.to_array(),
+            r1.to_array(),
+            r2.to_array(),
+            r3.to_array(),
+            r4.to_array(),
+            r5.to_array(),
+            r6.to_array(),
+            r7.to_array(),
+        ];
+        out.extend_from_slice(&records[..ids.len()]);
     }
+}
+
+/// The direction `light` mirrored at the planes of triangles with the edges AB = `b` and AC = `c`.
+#[inline(always)]
+fn mirrored<S: Simd>(light: DVec3, b: [f64x4<S>; 3], c: [f64x4<S>; 3]) -> [f64x4<S>; 3] {
+    let ([bx, by, bz], [cx, cy, cz]) = (b, c);
+    let (x, y, z) = (by * cz - cy * bz, bz * cx - cz * bx, bx * cy - cx * by);
+    let largest = x.abs().max(y.abs().max(z.abs()));
+    let (x, y, z) = (x / largest, y / largest, z / largest);
+    let length = (x * x + y * y + z * z).sqrt();
+    let (x, y, z) = (x / length, y / length, z / length);
+    let twice = (x * light.x + y * light.y + z * light.z) * 2.0;
+    // Added with its sign turned: the same bits.
+    [
+        -(x * twice) + light.x,
+        -(y * twice) + light.y,
+        -(z * twice) + light.z,
+    ]
 }
 
 #[cfg(test)]

@@ -2,8 +2,10 @@
 //!
 //! Source: Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
 
-use super::prim::Prim;
-use crate::simd::{Simd, SimdBase, SimdMask, SimdSplit, f32x4, f32x8};
+use super::prim::{Prim, load, middle};
+use crate::simd::{
+    Select, Simd, SimdBase, SimdCvtFloat, SimdInterleaved, SimdMask, SimdSplit, f32x4, f32x8, i32x4,
+};
 
 /// Bins of an axis; for sets of few boxes, [`FEW_BINS`].
 const BINS: usize = 16;
@@ -43,20 +45,6 @@ pub(super) struct Split {
 struct Binning {
     origin: [f32; 4],
     factor: [f32; 4],
-}
-
-/// The middle of a box. The fourth lane is of no use.
-#[inline(always)]
-fn middle<S: Simd>(simd: S, prim: &Prim) -> f32x4<S> {
-    let (low, minus_high) = load(simd, prim).split();
-    let half = f32x4::splat(simd, 0.5);
-    // Half of each bound first: the sum may be beyond the range of f32.
-    low * half - minus_high * half
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, prim: &Prim) -> f32x8<S> {
-    f32x8::load_array_ref(simd, &prim.0)
 }
 
 impl Binning {
@@ -106,6 +94,97 @@ fn join<S: Simd>(simd: S, a: &Prim, b: &Prim) -> Prim {
     Prim(load(simd, a).min(load(simd, b)).to_array())
 }
 
+/// The size of a box on each axis, with the sign turned; something in the fourth lane.
+#[inline(always)]
+fn minus_size<S: Simd>(bounds: f32x8<S>) -> [f32; 4] {
+    let (low, minus_high) = bounds.split();
+    (low + minus_high).to_array()
+}
+
+/// Half areas of four boxes: those of [`Prim::half_area`] to the bit.
+#[inline(always)]
+fn half_areas<S: Simd>(simd: S, minus_sizes: &[[f32; 4]], scale: f32) -> f32x4<S> {
+    let [x, y, z, _] = f32x4::load_four_interleaved(simd, minus_sizes.as_flattened());
+    let (x, y, z) = (x * -scale, y * -scale, z * -scale);
+    let (x, y, z) = (x.max(0.0), y.max(0.0), z.max(0.0));
+    x * y + y * z + z * x
+}
+
+impl<const N: usize> Bins<N> {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, prims: &[Prim], binning: &Binning) -> Bins<N> {
+        let mut bins = Bins {
+            bounds: [[Prim::EMPTY; N]; 3],
+            weights: [[0; N]; 3],
+        };
+        for prim in prims {
+            let place = binning.bins(simd, prim).to_array();
+            let (lanes, weight) = (load(simd, prim), prim.weight());
+            for (axis, place) in place[..3].iter().enumerate() {
+                let bin = place.to_bits() as usize % N;
+                let bounds = &mut bins.bounds[axis][bin];
+                *bounds = Prim(load(simd, bounds).min(lanes).to_array());
+                bins.weights[axis][bin] += weight;
+            }
+        }
+        bins
+    }
+
+    /// Of all cuts behind a bin (on any axis) the cheapest: its cost, axis and bin. Among equals the first bin, then
+    /// the first axis. `None` when no cut leaves something on both sides.
+    ///
+    /// Sweeping is most of the work for few boxes, so areas and costs are computed for four cuts at a time.
+    #[inline(always)]
+    fn cheapest<S: Simd>(&self, simd: S, scale: f32, weight: u32) -> Option<(f32, usize, usize)> {
+        let none = f32x4::splat(simd, f32::INFINITY);
+        let (mut costs, mut least) = ([[0.0; N]; 3], none);
+        let (mut left, mut right) = ([[0.0; 4]; N], [[0.0; 4]; N]);
+        let mut left_weights = [0i32; N];
+        for (axis, costs) in costs.iter_mut().enumerate() {
+            let bins = &self.bounds[axis];
+            let (mut bounds, mut sum) = (f32x8::splat(simd, f32::INFINITY), 0);
+            for i in 0..N {
+                bounds = bounds.min(load(simd, &bins[i]));
+                left[i] = minus_size(bounds);
+                sum += self.weights[axis][i];
+                left_weights[i] = sum as i32;
+            }
+            let mut bounds = f32x8::splat(simd, f32::INFINITY);
+            for i in (1..N).rev() {
+                bounds = bounds.min(load(simd, &bins[i]));
+                right[i - 1] = minus_size(bounds);
+            }
+            for at in (0..N).step_by(4) {
+                let left_weight = i32x4::from_slice(simd, &left_weights[at..at + 4]);
+                let right_weight = i32x4::splat(simd, weight as i32) - left_weight;
+                let left_area = half_areas(simd, &left[at..at + 4], scale);
+                let right_area = half_areas(simd, &right[at..at + 4], scale);
+                let cost = left_area * f32x4::float_from(left_weight)
+                    + right_area * f32x4::float_from(right_weight);
+                let both = left_weight.simd_gt(0) & right_weight.simd_gt(0);
+                // Not where infinite areas made it NaN, either.
+                let cost = (both & cost.simd_lt(none)).select(cost, none);
+                cost.store_slice(&mut costs[at..at + 4]);
+                least = least.min(cost);
+            }
+        }
+        let least = least.reduce_min();
+        if least == f32::INFINITY {
+            return None;
+        }
+        let mut equal = [0; 3];
+        for (equal, costs) in equal.iter_mut().zip(&costs) {
+            for at in (0..N).step_by(4) {
+                let costs = f32x4::from_slice(simd, &costs[at..at + 4]);
+                *equal |= costs.simd_eq(least).to_bitmask() << at;
+            }
+        }
+        let bin = (equal[0] | equal[1] | equal[2]).trailing_zeros() as usize;
+        let axis = equal.iter().position(|bits| bits >> bin & 1 == 1)?;
+        Some((least, axis, bin))
+    }
+}
+
 impl<'a> Set<'a> {
     /// All of `prims`; `spare` is as long.
     pub(super) fn new(prims: &'a mut [Prim], spare: &'a mut [Prim]) -> Set<'a> {
@@ -134,60 +213,24 @@ impl<'a> Set<'a> {
     #[inline(always)]
     fn best_of_bins<S: Simd, const N: usize>(&self, simd: S, scale: f32) -> Option<Split> {
         let binning = Binning::new(simd, self.prims, N);
-        let mut bins = Bins {
-            bounds: [[Prim::EMPTY; N]; 3],
-            weights: [[0; N]; 3],
-        };
-        for prim in &*self.prims {
-            let place = binning.bins(simd, prim).to_array();
-            let (lanes, weight) = (load(simd, prim), prim.weight());
-            for (axis, place) in place[..3].iter().enumerate() {
-                let bin = place.to_bits() as usize % N;
-                let bounds = &mut bins.bounds[axis][bin];
-                *bounds = Prim(load(simd, bounds).min(lanes).to_array());
-                bins.weights[axis][bin] += weight;
-            }
-        }
-        // What lies right of each cut, from the right: area times weight, and weight.
-        let mut right = [[(0.0f32, 0u32); 3]; N];
-        let (mut bounds, mut weights) = ([Prim::EMPTY; 3], [0; 3]);
-        for i in (1..N).rev() {
-            for axis in 0..3 {
-                bounds[axis] = join(simd, &bounds[axis], &bins.bounds[axis][i]);
-                weights[axis] += bins.weights[axis][i];
-                let area = bounds[axis].half_area(scale);
-                right[i - 1][axis] = (area * weights[axis] as f32, weights[axis]);
-            }
-        }
-        let (mut cost, mut best_axis, mut last_left) = (f32::INFINITY, 0, 0);
-        let (mut bounds, mut weights) = ([Prim::EMPTY; 3], [0; 3]);
-        for (i, right) in right[..N - 1].iter().enumerate() {
-            for axis in 0..3 {
-                bounds[axis] = join(simd, &bounds[axis], &bins.bounds[axis][i]);
-                weights[axis] += bins.weights[axis][i];
-                let (right_cost, right_weight) = right[axis];
-                let this = bounds[axis].half_area(scale) * weights[axis] as f32 + right_cost;
-                if this < cost && weights[axis] > 0 && right_weight > 0 {
-                    (cost, best_axis, last_left) = (this, axis, i);
-                }
-            }
-        }
+        let bins = Bins::<N>::new(simd, self.prims, &binning);
+        let (cost, axis, last_left) = bins.cheapest(simd, scale, self.weight)?;
         // Loops, not folds: a closure may not be inlined, and would be compiled without the wide instructions.
         let (mut left, mut right) = (Prim::EMPTY, Prim::EMPTY);
-        for (i, bin) in bins.bounds[best_axis].iter().enumerate() {
+        for (i, bin) in bins.bounds[axis].iter().enumerate() {
             if i <= last_left {
                 left = join(simd, &left, bin);
             } else {
                 right = join(simd, &right, bin);
             }
         }
-        (cost < f32::INFINITY).then_some(Split {
+        Some(Split {
             binning,
-            axis: best_axis,
+            axis,
             last_left,
             left,
             right,
-            left_weight: bins.weights[best_axis][..=last_left].iter().sum(),
+            left_weight: bins.weights[axis][..=last_left].iter().sum(),
             cost,
         })
     }

@@ -6,36 +6,35 @@
 use std::ops::Range;
 
 use super::emit::{Branch, Piece, Top, assemble};
-use super::morton::{self, Key};
+use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
 use crate::raw::prefetch;
 use crate::scene::Triangle;
+use crate::simd::{Kernel, Simd, dispatch};
 
 /// Parts of at most this many triangles are written by one thread.
-const PART: usize = 1 << 12;
+const PART: usize = 1 << 10;
 /// So many triangles ahead of their use their lines are asked for.
 const AHEAD: usize = 24;
 
 pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
+    sorted: &Sorted,
     records: &PartRecords<R>,
 ) -> (Bvh, Vec<R>) {
-    let sorted = morton::sort_all(triangles);
-    if sorted.keys.is_empty() {
-        return (Bvh::empty(), Vec::new());
-    }
     let keys = &sorted.keys[..];
+    let kernel = Kernel::best();
     let write = |piece: &mut Piece, parts: &[Range<usize>]| {
         let cells = Cells { triangles, keys };
         for part in parts {
-            let root = cells.branch(piece, part.clone());
+            let root = dispatch!(kernel, simd => cells.branch(simd, piece, part.clone()));
             piece.finish_part(root);
         }
     };
     let top = top(keys, 0..keys.len());
-    assemble(triangles, &sorted.bounds, top, Range::len, write, records)
+    assemble(triangles, sorted.bounds, top, Range::len, write, records)
 }
 
 /// The ends of up to eight cells that make up `range`, opened largest first down to `least` triangles.
@@ -78,7 +77,7 @@ struct Cells<'a> {
 
 impl Cells<'_> {
     /// Writes everything in `range`.
-    fn branch(&self, piece: &mut Piece, range: Range<usize>) -> Branch {
+    fn branch<S: Simd>(&self, simd: S, piece: &mut Piece, range: Range<usize>) -> Branch {
         if range.len() <= MAX_LEAF {
             let ahead = self.keys.len().min(range.end + AHEAD);
             for &key in &self.keys[ahead.min(range.start + AHEAD)..ahead] {
@@ -88,16 +87,18 @@ impl Cells<'_> {
             }
             let mut numbers = [0; MAX_LEAF];
             let count = range.len();
+            let mut bounds = Prim::EMPTY;
             for (number, &key) in numbers.iter_mut().zip(&self.keys[range]) {
                 *number = morton::number(key);
+                bounds = bounds.join(&Prim::of(&self.triangles[*number as usize].corners));
             }
-            return piece.leaf(&numbers[..count]);
+            return piece.leaf(simd, &numbers[..count], bounds);
         }
         let me = piece.reserve_node();
         let (ends, count) = open(self.keys, &range, MAX_LEAF);
         let mut bounds = Prim::EMPTY;
         for i in 0..count {
-            let branch = self.branch(piece, ends[i]..ends[i + 1]);
+            let branch = self.branch(simd, piece, ends[i]..ends[i + 1]);
             piece.set_child(me, i, &branch);
             bounds = bounds.join(&branch.bounds);
         }

@@ -4,16 +4,19 @@
 //! indices of its own; then all pieces are laid end to end behind the nodes of the top. What a piece holds, and where
 //! it starts, depends on the skeleton alone: the threads never decide a byte.
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use super::node::{Child, Leaf, Line, MAX_LEAF, Node};
+use super::node::{Child, Line, Node};
+use super::pack::Packer;
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
+use crate::geometry::Aabb;
+use crate::raw::large_pages;
 use crate::scene::Triangle;
+use crate::simd::Simd;
 
 /// Pieces have about so many triangles: what is read and written for them stays in the second-level cache.
-const PIECE: usize = 1 << 12;
+const PIECE: usize = 1 << 10;
 /// Pieces that are written before they are laid end to end.
 const PIECES_A_THREAD: usize = 16;
 
@@ -63,8 +66,11 @@ pub(super) struct Piece<'a> {
     nodes: Vec<Node>,
     lines: Vec<Line>,
     file_ids: Vec<u32>,
+    /// Triangles in leaf order before those of this piece.
+    first_id: u32,
     /// One for each part.
     roots: Vec<Branch>,
+    packer: Packer,
 }
 
 impl Piece<'_> {
@@ -73,18 +79,14 @@ impl Piece<'_> {
         self.roots.push(root);
     }
 
-    /// Writes a leaf of the triangles `numbers`, 1 to 16.
-    pub(super) fn leaf(&mut self, numbers: &[u32]) -> Branch {
-        let mut corners = [[Vec3::ZERO; 3]; MAX_LEAF];
-        let mut bounds = Prim::EMPTY;
-        let first = self.file_ids.len();
-        for (corners, &number) in corners.iter_mut().zip(numbers) {
-            *corners = self.triangles[number as usize].corners;
-            bounds = bounds.join(&Prim::of(corners));
-        }
+    /// Writes a leaf of the triangles `numbers`, 1 to 16, with `bounds` around them.
+    #[inline(always)]
+    pub(super) fn leaf<S: Simd>(&mut self, simd: S, numbers: &[u32], bounds: Prim) -> Branch {
+        let first = self.first_id + self.file_ids.len() as u32;
         self.file_ids.extend_from_slice(numbers);
+        let (packer, lines) = (&mut self.packer, &mut self.lines);
         Branch {
-            child: Leaf::write(&corners[..numbers.len()], first as u32, &mut self.lines),
+            child: packer.leaf(simd, self.triangles, numbers, first, lines),
             bounds,
         }
     }
@@ -102,16 +104,10 @@ impl Piece<'_> {
     }
 
     /// Shifts all indices.
-    fn move_behind(&mut self, nodes: usize, lines: usize, ids: u32) {
+    fn move_behind(&mut self, nodes: usize, lines: usize) {
         let children = self.nodes.iter_mut().flat_map(|n| &mut n.children);
         for child in children.chain(self.roots.iter_mut().map(|r| &mut r.child)) {
             *child = child.moved(nodes, lines);
-        }
-        let mut at = 0;
-        while at < self.lines.len() {
-            let count = Leaf::new(&self.lines[at..]).line_count();
-            self.lines[at].0[12] += ids;
-            at += count;
         }
     }
 
@@ -143,14 +139,13 @@ fn set_child(node: &mut Node, slot: usize, branch: &Branch, padding: f32) {
 /// the system need not clear it.
 pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     triangles: &[Triangle],
-    bounds: &Prim,
+    bounds: Aabb,
     top: Top<T>,
     size: impl Fn(&T) -> usize,
     write: impl Fn(&mut Piece, &[T]) + Sync,
     records: &PartRecords<R>,
 ) -> (Bvh, Vec<R>) {
-    let aabb = bounds.aabb();
-    let diagonal = (aabb.max.as_dvec3() - aabb.min.as_dvec3()).length();
+    let diagonal = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length();
     let padding = (diagonal * (1.0 / f64::from(1 << 20))) as f32;
     let mut parts = Vec::new();
     let top = top.take_parts(&mut parts);
@@ -171,14 +166,21 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
             nodes: Vec::with_capacity(PIECE / 16),
             lines: Vec::with_capacity(PIECE),
             file_ids: Vec::with_capacity(2 * PIECE),
+            first_id: 0,
             roots: Vec::new(),
+            packer: Packer::new(),
         };
         (piece, Vec::with_capacity(2 * PIECE))
     };
     let at_once = PIECES_A_THREAD * rayon::current_num_threads();
     let mut pieces = Vec::new();
-    for groups in group(&parts, size).chunks(at_once) {
+    let mut first_id = 0;
+    for groups in group(&parts, &size).chunks(at_once) {
         pieces.resize_with(groups.len(), empty);
+        for ((piece, _), parts) in pieces.iter_mut().zip(groups) {
+            piece.first_id = first_id as u32;
+            first_id += parts.iter().map(&size).sum::<usize>();
+        }
         pieces
             .par_iter_mut()
             .zip(groups)
@@ -197,7 +199,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
         nodes: whole.nodes,
         lines: whole.lines,
         file_ids: whole.file_ids,
-        bounds: aabb,
+        bounds,
     };
     (bvh, whole.records)
 }
@@ -217,24 +219,15 @@ struct Whole<R> {
 impl<R: Copy + Send + Sync> Whole<R> {
     /// Moves what is in `pieces` behind everything.
     fn append(&mut self, pieces: &mut [(Piece, Vec<R>)]) {
-        let (mut nodes, mut lines, mut ids) =
-            (self.nodes.len(), self.lines.len(), self.file_ids.len());
-        let starts: Vec<_> = pieces
-            .iter()
-            .map(|(piece, _)| {
-                let start = (nodes, lines, ids as u32);
-                nodes += piece.nodes.len();
-                lines += piece.lines.len();
-                ids += piece.file_ids.len();
-                start
-            })
-            .collect();
-        pieces
-            .par_iter_mut()
-            .zip(starts)
-            .for_each(|((piece, _), (nodes, lines, ids))| piece.move_behind(nodes, lines, ids));
+        let (mut nodes, mut lines) = (self.nodes.len(), self.lines.len());
+        for (piece, _) in &mut *pieces {
+            piece.move_behind(nodes, lines);
+            nodes += piece.nodes.len();
+            lines += piece.lines.len();
+        }
         let all = &*pieces;
-        let share = ids as f64 / self.total as f64;
+        let written: usize = all.iter().map(|(piece, _)| piece.file_ids.len()).sum();
+        let share = (self.file_ids.len() + written) as f64 / self.total as f64;
         rayon::join(
             || append(&mut self.lines, all, share, |(piece, _)| &piece.lines),
             || {
@@ -263,7 +256,10 @@ fn append<P, T: Copy>(all: &mut Vec<T>, pieces: &[P], share: f64, column: impl F
     let more: usize = pieces.iter().map(|p| column(p).len()).sum();
     if all.capacity() - all.len() < more {
         let expected = ((all.len() + more) as f64 / share * 1.05) as usize;
-        all.reserve_exact(more.max(expected - all.len()));
+        let mut larger = Vec::with_capacity(expected.max(all.len() + more));
+        large_pages(larger.spare_capacity_mut());
+        larger.extend_from_slice(all);
+        *all = larger;
     }
     for piece in pieces {
         all.extend_from_slice(column(piece));

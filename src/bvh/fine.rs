@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::binned::{Set, Split};
 use super::emit::{Branch, Piece, Top, assemble};
-use super::morton::{self, Key};
+use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
@@ -38,13 +38,10 @@ const AHEAD: usize = 16;
 
 pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
+    sorted: Sorted,
     records: &PartRecords<R>,
 ) -> (Bvh, Vec<R>) {
-    let sorted = morton::sort_all(triangles);
-    if sorted.keys.is_empty() {
-        return (Bvh::empty(), Vec::new());
-    }
-    let bounds = sorted.bounds.aabb();
+    let bounds = sorted.bounds;
     let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
     let fine = Fine {
         triangles,
@@ -53,7 +50,6 @@ pub(super) fn build<R: Copy + Send + Sync>(
     };
     let kernel = Kernel::best();
     let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys));
-    let bounds = sorted.bounds;
     drop(sorted);
     let write = |piece: &mut Piece, parts: &[Vec<u32>]| {
         let mut rooms = (Vec::new(), Vec::new());
@@ -62,7 +58,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
             piece.finish_part(root);
         }
     };
-    assemble(triangles, &bounds, top, Vec::len, write, records)
+    assemble(triangles, bounds, top, Vec::len, write, records)
 }
 
 struct Fine<'a> {
@@ -75,6 +71,44 @@ struct Candidate<'a> {
     set: Set<'a>,
     area: f32,
     fate: Fate,
+}
+
+/// One to eight sets in an order. They stay where they are while the order changes: they are large.
+struct Children<'a> {
+    slots: [Option<Candidate<'a>>; WIDTH],
+    /// The slots of the first `count`.
+    order: [u8; WIDTH],
+    count: usize,
+}
+
+impl<'a> Children<'a> {
+    fn new(only: Candidate<'a>) -> Children<'a> {
+        let mut slots = [const { None }; WIDTH];
+        slots[0] = Some(only);
+        Children {
+            slots,
+            order: [0; WIDTH],
+            count: 1,
+        }
+    }
+
+    fn slot(&mut self, place: usize) -> &mut Option<Candidate<'a>> {
+        &mut self.slots[usize::from(self.order[place])]
+    }
+
+    /// Both sides of what was at `place`, in its place and behind it.
+    fn put(&mut self, place: usize, [left, right]: [Candidate<'a>; 2]) {
+        *self.slot(place) = Some(left);
+        self.order.copy_within(place + 1..self.count, place + 2);
+        self.order[place + 1] = self.count as u8;
+        self.slots[self.count] = Some(right);
+        self.count += 1;
+    }
+
+    /// All, in their order.
+    fn into_sets(mut self) -> impl Iterator<Item = Candidate<'a>> {
+        (0..self.count).filter_map(move |place| self.slot(place).take())
+    }
 }
 
 /// What becomes of a set.
@@ -127,6 +161,7 @@ impl Fine<'_> {
                     for (i, &key) in keys.iter().enumerate() {
                         let later = keys.get(i + AHEAD).map_or(0, |&k| morton::number(k));
                         prefetch(self.triangles, later as usize, 0);
+                        prefetch(self.triangles, later as usize + 1, 0);
                         bounds = bounds.join(&self.prim(morton::number(key)));
                     }
                     bounds.with(start as u32, keys.len() as u32)
@@ -153,9 +188,10 @@ impl Fine<'_> {
         let children = self.open::<S, true>(simd, whole, depth);
         let top = |child| self.top(simd, keys, child, depth + 1);
         Top::Node(if parallel {
-            children.into_par_iter().map(top).collect()
+            let sets: Vec<_> = children.into_sets().collect();
+            sets.into_par_iter().map(top).collect()
         } else {
-            children.into_iter().map(top).collect()
+            children.into_sets().map(top).collect()
         })
     }
 
@@ -182,6 +218,7 @@ impl Fine<'_> {
         for (i, &number) in numbers.iter().enumerate() {
             let later = numbers.get(i + AHEAD).map_or(0, |&n| n);
             prefetch(self.triangles, later as usize, 0);
+            prefetch(self.triangles, later as usize + 1, 0);
             prims.push(self.prim(number).with(number, 1));
         }
         spare.resize(numbers.len(), Prim::EMPTY);
@@ -205,12 +242,12 @@ impl Fine<'_> {
             for (number, prim) in numbers.iter_mut().zip(&*whole.set.prims) {
                 *number = prim.number();
             }
-            return piece.leaf(&numbers[..whole.set.prims.len()]);
+            return piece.leaf(simd, &numbers[..whole.set.prims.len()], whole.set.bounds);
         }
         let me = piece.reserve_node();
         let bounds = whole.set.bounds;
         let children = self.open::<S, false>(simd, whole, depth);
-        for (slot, child) in children.into_iter().enumerate() {
+        for (slot, child) in children.into_sets().enumerate() {
             let branch = self.branch(simd, piece, child, depth + 1);
             piece.set_child(me, slot, &branch);
         }
@@ -224,26 +261,32 @@ impl Fine<'_> {
         simd: S,
         whole: Candidate<'a>,
         depth: usize,
-    ) -> Vec<Candidate<'a>> {
-        let mut children = Vec::with_capacity(WIDTH);
-        children.push(whole);
-        while children.len() < WIDTH {
+    ) -> Children<'a> {
+        let mut children = Children::new(whole);
+        while children.count < WIDTH {
             // The first of equals, so that the order is that of the cuts.
-            let largest = children
-                .iter()
-                .enumerate()
-                .filter(|(_, c)| !matches!(c.fate, Fate::Whole))
-                .rev()
-                .max_by(|a, b| a.1.area.total_cmp(&b.1.area))
-                .map(|(i, _)| i);
-            let Some(at) = largest else { break };
-            if matches!(children[at].fate, Fate::Unknown) {
-                children[at].fate = self.fate::<S, CLUSTERS>(simd, &children[at].set, depth);
-                if matches!(children[at].fate, Fate::Whole) {
+            let (mut largest, mut at) = (f32::NEG_INFINITY, None);
+            for place in 0..children.count {
+                if let Some(child) = children.slot(place)
+                    && !matches!(child.fate, Fate::Whole)
+                    && (at.is_none() || child.area > largest)
+                {
+                    (largest, at) = (child.area, Some(place));
+                }
+            }
+            let Some(place) = at else { break };
+            let slot = children.slot(place);
+            if let Some(child) = slot
+                && matches!(child.fate, Fate::Unknown)
+            {
+                child.fate = self.fate::<S, CLUSTERS>(simd, &child.set, depth);
+                if matches!(child.fate, Fate::Whole) {
                     continue;
                 }
             }
-            let Candidate { set, fate, .. } = children.remove(at);
+            let Some(Candidate { set, fate, .. }) = slot.take() else {
+                break;
+            };
             let sides = match fate {
                 Fate::Cut(split) => simd.vectorize(
                     #[inline(always)]
@@ -251,9 +294,7 @@ impl Fine<'_> {
                 ),
                 _ => set.halve(),
             };
-            let [left, right] = sides.map(|side| self.candidate(side));
-            children.insert(at, left);
-            children.insert(at + 1, right);
+            children.put(place, sides.map(|side| self.candidate(side)));
         }
         children
     }

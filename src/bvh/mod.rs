@@ -12,7 +12,9 @@ mod emit;
 mod fine;
 mod morton;
 mod node;
+mod pack;
 mod prim;
+mod radix;
 mod stats;
 mod validate;
 
@@ -81,18 +83,19 @@ impl Bvh {
         quality: Quality,
         records: &PartRecords<R>,
     ) -> (Bvh, Vec<R>) {
-        match quality {
-            Quality::Fine => fine::build(triangles, records),
-            Quality::Coarse => coarse::build(triangles, records),
+        let sorted = morton::sort_all(triangles);
+        if sorted.keys.is_empty() {
+            let empty = Bvh {
+                nodes: Vec::new(),
+                lines: Vec::new(),
+                file_ids: Vec::new(),
+                bounds: Aabb::EMPTY,
+            };
+            return (empty, Vec::new());
         }
-    }
-
-    fn empty() -> Bvh {
-        Bvh {
-            nodes: Vec::new(),
-            lines: Vec::new(),
-            file_ids: Vec::new(),
-            bounds: Aabb::EMPTY,
+        match quality {
+            Quality::Fine => fine::build(triangles, sorted, records),
+            Quality::Coarse => coarse::build(triangles, &sorted, records),
         }
     }
 

@@ -7,72 +7,94 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::prim::Prim;
-use crate::geometry::is_degenerate;
+use super::radix::{BUCKETS, CODE_BITS, Runs, bucket, keys_room, merge};
+pub(super) use super::radix::{Key, code, number};
+use crate::geometry::{Aabb, corner_lanes, have_area_for_sure, is_degenerate};
 use crate::scene::Triangle;
+use crate::simd::{Kernel, Simd, SimdBase, SimdCvtTruncate, dispatch, f32x8, i32x8};
 
 /// Bits of a code for each axis.
-const AXIS_BITS: u32 = 10;
-/// Bits of a code.
-const CODE_BITS: u32 = 3 * AXIS_BITS;
-/// Bits that choose the bucket in the first pass of the sort.
-const BUCKET_BITS: u32 = 8;
-/// Bits that one later pass sorts by.
-const PASS_BITS: u32 = (CODE_BITS - BUCKET_BITS) / 2;
-const BUCKETS: usize = 1 << BUCKET_BITS;
+const AXIS_BITS: u32 = CODE_BITS / 3;
 /// Triangles that are measured and numbered as one piece.
 const PIECE: usize = 1 << 15;
-/// Below this the library's sort is faster than counting.
-const SMALL_BUCKET: usize = 1 << 10;
+/// So few keys are looked through one by one.
+const FEW_KEYS: usize = 64;
 
-/// A code above the number of its triangle.
-pub(super) type Key = u64;
-
-/// The number of the triangle of `key`.
-#[inline(always)]
-pub(super) fn number(key: Key) -> u32 {
-    key as u32
+/// Boxes that grow, one a lane: x, y and z.
+struct BoxLanes<S: Simd> {
+    low: [f32x8<S>; 3],
+    high: [f32x8<S>; 3],
 }
 
-/// The code of `key`.
-#[inline(always)]
-pub(super) fn code(key: Key) -> u32 {
-    (key >> 32) as u32
-}
-
-/// The boxes of some triangles and of their middles.
-#[derive(Clone, Copy)]
-struct Measure {
-    bounds: Prim,
-    middles: (Vec3, Vec3),
-}
-
-impl Measure {
-    const EMPTY: Measure = Measure {
-        bounds: Prim::EMPTY,
-        middles: (Vec3::INFINITY, Vec3::NEG_INFINITY),
-    };
-
+impl<S: Simd> BoxLanes<S> {
     #[inline(always)]
-    fn add(&mut self, prim: &Prim) {
-        let middle = prim.middle();
-        self.bounds = self.bounds.join(prim);
-        self.middles = (self.middles.0.min(middle), self.middles.1.max(middle));
+    fn empty(simd: S) -> BoxLanes<S> {
+        BoxLanes {
+            low: [f32x8::splat(simd, f32::INFINITY); 3],
+            high: [f32x8::splat(simd, f32::NEG_INFINITY); 3],
+        }
     }
 
-    fn join(self, other: &Measure) -> Measure {
-        Measure {
-            bounds: self.bounds.join(&other.bounds),
-            middles: (
-                self.middles.0.min(other.middles.0),
-                self.middles.1.max(other.middles.1),
-            ),
+    #[inline(always)]
+    fn add(&mut self, low: &[f32x8<S>; 3], high: &[f32x8<S>; 3]) {
+        for axis in 0..3 {
+            self.low[axis] = self.low[axis].min(low[axis]);
+            self.high[axis] = self.high[axis].max(high[axis]);
+        }
+    }
+
+    /// Around all lanes.
+    #[inline(always)]
+    fn whole(&self) -> Aabb {
+        let [min_x, min_y, min_z] = self.low;
+        let [max_x, max_y, max_z] = self.high;
+        Aabb {
+            min: Vec3::new(min_x.reduce_min(), min_y.reduce_min(), min_z.reduce_min()),
+            max: Vec3::new(max_x.reduce_max(), max_y.reduce_max(), max_z.reduce_max()),
+        }
+    }
+}
+
+/// Eight triangles at once.
+struct Eight<S: Simd> {
+    corners: [[f32x8<S>; 3]; 3],
+    /// The boxes around them.
+    bounds: BoxLanes<S>,
+    /// The middles of the boxes.
+    middles: [f32x8<S>; 3],
+}
+
+impl<S: Simd> Eight<S> {
+    /// Those with `numbers`, at least one and at most eight; the last one stands in for what is missing.
+    #[inline(always)]
+    fn new(simd: S, triangles: &[Triangle], numbers: &[u32]) -> Eight<S> {
+        let last = numbers.len() - 1;
+        let of_lane: [&Triangle; 8] =
+            std::array::from_fn(|lane| &triangles[numbers[lane.min(last)] as usize]);
+        let a = corner_lanes(simd, &of_lane, 0);
+        let b = corner_lanes(simd, &of_lane, 1);
+        let c = corner_lanes(simd, &of_lane, 2);
+        let mut bounds = BoxLanes { low: a, high: a };
+        bounds.add(&b, &b);
+        bounds.add(&c, &c);
+        let mut middles = a;
+        for (middle, (low, high)) in middles
+            .iter_mut()
+            .zip(bounds.low.into_iter().zip(bounds.high))
+        {
+            // Half of each bound first: the sum may be beyond the range of f32.
+            *middle = low * 0.5 + high * 0.5;
+        }
+        Eight {
+            corners: [a, b, c],
+            bounds,
+            middles,
         }
     }
 }
 
 /// From middles to codes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Grid {
     origin: Vec3,
     /// The same for all axes, so that cells are cubes: half of cells a unit, since it multiplies half differences.
@@ -80,28 +102,37 @@ struct Grid {
 }
 
 impl Grid {
-    fn over((low, high): (Vec3, Vec3)) -> Grid {
-        let half_size = (high * 0.5 - low * 0.5).max_element();
+    /// Over all `middles`.
+    fn over(middles: Aabb) -> Grid {
+        let half_size = (middles.max * 0.5 - middles.min * 0.5).max_element();
         // A little less than the number of cells, so that rounding does not lead beyond the last one.
         let factor = ((1 << AXIS_BITS) as f32 * 0.9999) / half_size;
         Grid {
-            origin: low * 0.5,
+            origin: middles.min * 0.5,
             factor: factor.min(f32::MAX),
         }
     }
 
     #[inline(always)]
-    fn code(self, middle: Vec3) -> u32 {
-        let cell = (middle * 0.5 - self.origin) * self.factor;
-        // Conversions keep to the range: 0 at least, and not above the last cell.
-        let spread = |x: f32| spread((x as i32 as u32).min((1 << AXIS_BITS) - 1));
-        spread(cell.x) << 2 | spread(cell.y) << 1 | spread(cell.z)
+    fn codes<S: Simd>(self, middles: &[f32x8<S>; 3]) -> [i32; 8] {
+        let [x, y, z] = *middles;
+        let x = spread(self.cells(x, self.origin.x));
+        let y = spread(self.cells(y, self.origin.y));
+        let z = spread(self.cells(z, self.origin.z));
+        (x << 2 | y << 1 | z).to_array()
+    }
+
+    /// Places on one axis, kept to the range whatever rounding does.
+    #[inline(always)]
+    fn cells<S: Simd>(self, middles: f32x8<S>, origin: f32) -> i32x8<S> {
+        let cells = (middles * 0.5 - origin) * self.factor;
+        i32x8::truncate_from(cells.min(((1 << AXIS_BITS) - 1) as f32).max(0.0))
     }
 }
 
 /// Two zero bits between any two of the lowest ten bits.
 #[inline(always)]
-fn spread(x: u32) -> u32 {
+fn spread<S: Simd>(x: i32x8<S>) -> i32x8<S> {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;
@@ -111,7 +142,7 @@ fn spread(x: u32) -> u32 {
 /// Keys in the order of their codes, and the box of their triangles.
 pub(super) struct Sorted {
     pub(super) keys: Vec<Key>,
-    pub(super) bounds: Prim,
+    pub(super) bounds: Aabb,
 }
 
 /// All triangles that have an area.
@@ -126,150 +157,142 @@ pub(super) fn sort_again(triangles: &[Triangle], keys: &[Key]) -> Sorted {
 }
 
 fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 + Sync) -> Sorted {
-    let prim_at = |place| {
-        let number = number_at(place);
-        (number, &triangles[number as usize].corners)
+    let source = Source {
+        triangles,
+        count,
+        number_at,
     };
-    let pieces: Vec<_> = (0..count)
-        .step_by(PIECE)
-        .map(|start| start..count.min(start + PIECE))
-        .collect();
-    // Each piece's measure, and the places of what has no area.
-    let measures: Vec<(Measure, Vec<usize>)> = pieces
+    let kernel = Kernel::best();
+    let starts: Vec<usize> = (0..count).step_by(PIECE).collect();
+    let middles: Vec<Aabb> = starts
         .par_iter()
-        .map(|piece| {
-            let (mut measure, mut flat) = (Measure::EMPTY, Vec::new());
-            for place in piece.clone() {
-                let (_, corners) = prim_at(place);
-                if is_degenerate(corners) {
-                    flat.push(place);
-                } else {
-                    measure.add(&Prim::of(corners));
-                }
-            }
-            (measure, flat)
-        })
+        .map(|&start| dispatch!(kernel, simd => source.middles(simd, start)))
         .collect();
-    let all = measures
-        .iter()
-        .fold(Measure::EMPTY, |all, (measure, _)| all.join(measure));
-    let grid = Grid::over(all.middles);
-    let runs: Vec<Runs> = pieces
-        .into_par_iter()
-        .zip(&measures)
-        .map(|(piece, (_, flat))| {
-            let mut flat = flat.iter().copied().peekable();
-            let mut keys = Vec::with_capacity(piece.len());
-            for place in piece {
-                if flat.next_if_eq(&place).is_none() {
-                    let (number, corners) = prim_at(place);
-                    let code = grid.code(Prim::of(corners).middle());
-                    keys.push(Key::from(code) << 32 | Key::from(number));
+    let mut grid = Grid::over(middles.into_iter().fold(Aabb::EMPTY, Aabb::join));
+    let mut room = keys_room(count);
+    loop {
+        let pieces: Vec<Piece> = starts
+            .par_iter()
+            .zip(room.par_chunks_mut(PIECE))
+            .map_init(Vec::new, |unsorted, (&start, room)| {
+                dispatch!(kernel, simd => source.piece(simd, start, grid, unsorted, room))
+            })
+            .collect();
+        let around = |of: fn(&Piece) -> Aabb| pieces.iter().map(of).fold(Aabb::EMPTY, Aabb::join);
+        // Triangles without an area count for nothing: they must not make cells larger.
+        let better = Grid::over(around(|piece| piece.middles));
+        let bounds = around(|piece| piece.bounds);
+        if better == grid || bounds.is_empty() {
+            let runs: Vec<_> = pieces.into_iter().map(|piece| piece.runs).collect();
+            return Sorted {
+                keys: merge(&runs),
+                bounds,
+            };
+        }
+        grid = better;
+    }
+}
+
+/// Triangles to be sorted.
+struct Source<'a, F> {
+    triangles: &'a [Triangle],
+    count: usize,
+    number_at: F,
+}
+
+impl<F: Fn(usize) -> u32> Source<'_, F> {
+    /// Calls `each` with eight numbers of a piece after the other; at its end with fewer.
+    #[inline(always)]
+    fn eights(&self, start: usize, mut each: impl FnMut(&[u32])) {
+        let end = self.count.min(start + PIECE);
+        for at in (start..end).step_by(8) {
+            let numbers: [u32; 8] =
+                std::array::from_fn(|lane| (self.number_at)((at + lane).min(end - 1)));
+            each(&numbers[..(end - at).min(8)]);
+        }
+    }
+
+    /// The box of the middles of a piece, of triangles without an area as well: to tell them apart takes as long as
+    /// all the rest.
+    #[inline(always)]
+    fn middles<S: Simd>(&self, simd: S, start: usize) -> Aabb {
+        let mut middles = BoxLanes::empty(simd);
+        self.eights(
+            start,
+            #[inline(always)]
+            |numbers| {
+                let eight = Eight::new(simd, self.triangles, numbers);
+                middles.add(&eight.middles, &eight.middles);
+            },
+        );
+        middles.whole()
+    }
+
+    /// The keys of a piece in the order of their buckets, put into `room`. `unsorted`: memory to use.
+    #[inline(always)]
+    fn piece<'a, S: Simd>(
+        &self,
+        simd: S,
+        start: usize,
+        grid: Grid,
+        unsorted: &mut Vec<Key>,
+        room: &'a mut [Key],
+    ) -> Piece<'a> {
+        let (mut bounds, mut middles) = (BoxLanes::empty(simd), BoxLanes::empty(simd));
+        let mut counts = [0; BUCKETS];
+        unsorted.clear();
+        self.eights(
+            start,
+            #[inline(always)]
+            |numbers| {
+                let mut eight = Eight::new(simd, self.triangles, numbers);
+                let (mut solid, mut count) = ([0; 8], numbers.len());
+                solid[..count].copy_from_slice(numbers);
+                if have_area_for_sure(&eight.corners) != 255 {
+                    count = keep_solid(self.triangles, &mut solid[..count]);
+                    if count == 0 {
+                        return;
+                    }
+                    eight = Eight::new(simd, self.triangles, &solid[..count]);
                 }
-            }
-            Runs::new(&keys)
-        })
-        .collect();
-    Sorted {
-        keys: merge(&runs),
-        bounds: all.bounds,
+                bounds.add(&eight.bounds.low, &eight.bounds.high);
+                middles.add(&eight.middles, &eight.middles);
+                let codes = grid.codes(&eight.middles);
+                for (code, number) in codes.into_iter().zip(solid).take(count) {
+                    let key = (code as Key) << 32 | Key::from(number);
+                    counts[bucket(key)] += 1;
+                    unsorted.push(key);
+                }
+            },
+        );
+        Piece {
+            runs: Runs::new(unsorted, counts, room),
+            middles: middles.whole(),
+            bounds: bounds.whole(),
+        }
     }
 }
 
-/// The keys of a piece, bucket by bucket.
-struct Runs {
-    keys: Vec<Key>,
-    /// Where each bucket starts; one more for the end.
-    starts: [u32; BUCKETS + 1],
+/// What is known of a piece.
+struct Piece<'a> {
+    runs: Runs<'a>,
+    /// Around the middles of its boxes.
+    middles: Aabb,
+    /// Around its triangles.
+    bounds: Aabb,
 }
 
-fn bucket(key: Key) -> usize {
-    (key >> (32 + CODE_BITS - BUCKET_BITS)) as usize % BUCKETS
-}
-
-impl Runs {
-    fn new(unsorted: &[Key]) -> Runs {
-        let mut keys = vec![0; unsorted.len()];
-        let mut starts = [0; BUCKETS + 1];
-        counting_sort::<BUCKETS>(unsorted, &mut keys, bucket, &mut starts[..BUCKETS]);
-        // Each start has moved to its bucket's end.
-        starts.rotate_right(1);
-        starts[0] = 0;
-        Runs { keys, starts }
+/// Moves the numbers of triangles that have an area to the front, in their order; returns how many there are.
+#[cold]
+fn keep_solid(triangles: &[Triangle], numbers: &mut [u32]) -> usize {
+    let mut count = 0;
+    for i in 0..numbers.len() {
+        if !is_degenerate(&triangles[numbers[i] as usize].corners) {
+            numbers[count] = numbers[i];
+            count += 1;
+        }
     }
-
-    fn of(&self, bucket: usize) -> &[Key] {
-        &self.keys[self.starts[bucket] as usize..self.starts[bucket + 1] as usize]
-    }
-}
-
-/// Copies `from` to `to` in the order of `digit` (below `N`), equal ones in the order they had. `ends`: room for `N`
-/// numbers, which are where the keys of each digit end.
-#[inline(always)]
-fn counting_sort<const N: usize>(
-    from: &[Key],
-    to: &mut [Key],
-    digit: impl Fn(Key) -> usize,
-    ends: &mut [u32],
-) {
-    let ends: &mut [u32; N] = ends.try_into().expect("a place for each digit");
-    ends.fill(0);
-    for &key in from {
-        ends[digit(key) % N] += 1;
-    }
-    let mut start = 0;
-    for end in ends.iter_mut() {
-        (*end, start) = (start, start + *end);
-    }
-    for &key in from {
-        let place = &mut ends[digit(key) % N];
-        to[*place as usize] = key;
-        *place += 1;
-    }
-}
-
-/// All keys in order.
-fn merge(runs: &[Runs]) -> Vec<Key> {
-    let mut keys = vec![0; runs.iter().map(|r| r.keys.len()).sum()];
-    let mut rest = &mut keys[..];
-    let mut buckets = Vec::new();
-    for bucket in 0..BUCKETS {
-        let len = runs.iter().map(|r| r.of(bucket).len()).sum();
-        let (this, behind) = rest.split_at_mut(len);
-        buckets.push((bucket, this));
-        rest = behind;
-    }
-    buckets
-        .into_par_iter()
-        .filter(|(_, keys)| !keys.is_empty())
-        .for_each_init(Vec::new, |scratch, (bucket, keys)| {
-            let mut rest = &mut *keys;
-            for run in runs.iter().map(|r| r.of(bucket)) {
-                let (this, behind) = rest.split_at_mut(run.len());
-                this.copy_from_slice(run);
-                rest = behind;
-            }
-            sort_bucket(keys, scratch);
-        });
-    keys
-}
-
-/// Sorts keys that share their highest bits by the others.
-fn sort_bucket(keys: &mut [Key], scratch: &mut Vec<Key>) {
-    const DIGITS: usize = 1 << PASS_BITS;
-    if keys.len() < SMALL_BUCKET {
-        keys.sort_unstable();
-        return;
-    }
-    if scratch.len() < keys.len() {
-        scratch.resize(keys.len(), 0);
-    }
-    let scratch = &mut scratch[..keys.len()];
-    let mut ends = [0; DIGITS];
-    let low = |key: Key| (key >> 32) as usize % DIGITS;
-    let high = |key: Key| (key >> (32 + PASS_BITS)) as usize % DIGITS;
-    counting_sort::<DIGITS>(keys, scratch, low, &mut ends);
-    counting_sort::<DIGITS>(scratch, keys, high, &mut ends);
+    count
 }
 
 /// Where to cut `keys` (in order, at least 2) in two cells: at their highest differing bit, or in the middle when all
@@ -279,8 +302,12 @@ pub(super) fn cut(keys: &[Key]) -> usize {
     if first == last {
         return keys.len() / 2;
     }
-    let shift = (first ^ last).ilog2();
-    keys.partition_point(|&key| code(key) >> shift == first >> shift)
+    let bit = (first ^ last).ilog2();
+    if keys.len() <= FEW_KEYS {
+        // Bits above are the same in all: a sum without branches.
+        return keys.len() - keys.iter().map(|&key| key >> (32 + bit) & 1).sum::<u64>() as usize;
+    }
+    keys.partition_point(|&key| code(key) >> bit == first >> bit)
 }
 
 #[cfg(test)]
@@ -321,10 +348,18 @@ mod tests {
     #[test]
     fn codes_use_the_whole_grid_and_no_more() {
         for scale in [1e-30f32, 1.0, 1e38] {
-            let grid = Grid::over((Vec3::splat(-3.0 * scale), Vec3::splat(3.0 * scale)));
-            assert_eq!(grid.code(Vec3::splat(-3.0 * scale)), 0, "scale {scale}");
-            assert_eq!(grid.code(Vec3::splat(3.0 * scale)), (1 << CODE_BITS) - 1);
-            assert_eq!(grid.code(Vec3::new(3.0, -3.0, -3.0) * scale), 0x2492_4924);
+            let grid = Grid::over(Aabb {
+                min: Vec3::splat(-3.0 * scale),
+                max: Vec3::splat(3.0 * scale),
+            });
+            let code = |p: Vec3| {
+                dispatch!(Kernel::best(), simd => {
+                    grid.codes(&p.to_array().map(|c| f32x8::splat(simd, c)))[5]
+                })
+            };
+            assert_eq!(code(Vec3::splat(-3.0 * scale)), 0, "scale {scale}");
+            assert_eq!(code(Vec3::splat(3.0 * scale)), (1 << CODE_BITS) - 1);
+            assert_eq!(code(Vec3::new(3.0, -3.0, -3.0) * scale), 0x2492_4924);
         }
     }
 

@@ -109,52 +109,6 @@ impl Child {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line(pub [u32; 16]);
 
-/// The vertices of a leaf, told apart by bit pattern: 0.0 and -0.0 stay two.
-struct VertexSet {
-    /// x, y, z and 0, in the order in which they came.
-    bits: [[u32; 4]; MAX_LEAF_VERTICES],
-    count: usize,
-    /// A hash table with open addressing: one above the number of a vertex, 0 for a free place. Sparse enough that
-    /// one look is nearly always enough.
-    table: [u8; VertexSet::PLACES],
-}
-
-impl VertexSet {
-    const PLACES: usize = 256;
-
-    fn new() -> VertexSet {
-        VertexSet {
-            bits: [[0; 4]; MAX_LEAF_VERTICES],
-            count: 0,
-            table: [0; VertexSet::PLACES],
-        }
-    }
-
-    /// The number of `p`, which is added when it is new.
-    #[inline(always)]
-    fn number(&mut self, p: Vec3) -> u8 {
-        let [x, y, z] = p.to_array().map(f32::to_bits);
-        let bits = [x, y, z, 0];
-        // Odd factors without a pattern; the highest bits of the product depend on all bits.
-        let mixed =
-            x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77) ^ z.wrapping_mul(0xc2b2_ae3d);
-        let mut place = (mixed.wrapping_mul(0x27d4_eb2f) >> 24) as usize;
-        loop {
-            let entry = &mut self.table[place % VertexSet::PLACES];
-            if *entry == 0 {
-                self.bits[self.count] = bits;
-                self.count += 1;
-                *entry = self.count as u8;
-                return *entry - 1;
-            }
-            if self.bits[usize::from(*entry) - 1] == bits {
-                return *entry - 1;
-            }
-            place += 1;
-        }
-    }
-}
-
 /// A leaf: one line that says which corner is which vertex, then three lines (x, y, z) for every 16 vertices.
 ///
 /// The first line: 16 bytes of vertex numbers for the corners A, as many for B and C (in the file's order of
@@ -174,50 +128,6 @@ impl<'a> Leaf<'a> {
     pub fn new(lines: &'a [Line]) -> Leaf<'a> {
         let (head, rest) = lines.split_first().expect("a leaf has a first line");
         Leaf { head, rest }
-    }
-
-    /// Writes a leaf of `triangles` whose first one is number `first_id` in leaf order; returns its child word,
-    /// with lines counted from the start of `out`.
-    pub(super) fn write(triangles: &[[Vec3; 3]], first_id: u32, out: &mut Vec<Line>) -> Child {
-        assert!(
-            (1..=MAX_LEAF).contains(&triangles.len()),
-            "a leaf has 1 to 16 triangles"
-        );
-        let mut vertices = VertexSet::new();
-        let mut index = [[0u8; MAX_LEAF]; 3];
-        for (i, corners) in triangles.iter().enumerate() {
-            for (row, &p) in index.iter_mut().zip(corners) {
-                row[i] = vertices.number(p);
-            }
-        }
-        for row in &mut index {
-            let last = row[triangles.len() - 1];
-            row[triangles.len()..].fill(last);
-        }
-        let mut head = [0u32; 16];
-        for (words, row) in head.chunks_exact_mut(4).zip(&index) {
-            for (word, bytes) in words.iter_mut().zip(row.chunks_exact(4)) {
-                *word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-            }
-        }
-        head[12] = first_id;
-        head[13] = triangles.len() as u32;
-        head[14] = vertices.count as u32;
-        let first = out.len();
-        let chunks = vertices.count.div_ceil(16);
-        let last = vertices.bits[vertices.count - 1];
-        vertices.bits[vertices.count..16 * chunks].fill(last);
-        out.push(Line(head));
-        for chunk in vertices.bits[..16 * chunks].chunks_exact(16) {
-            for axis in 0..3 {
-                let mut line = [0; 16];
-                for (to, from) in line.iter_mut().zip(chunk) {
-                    *to = from[axis];
-                }
-                out.push(Line(line));
-            }
-        }
-        Child::leaf(first, chunks)
     }
 
     /// Triangles, 1..=16.

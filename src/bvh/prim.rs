@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::geometry::Aabb;
+use crate::simd::{Simd, SimdBase, SimdSplit, f32x4, f32x8};
 
 /// A box as smallest x, y, z, a number, then largest x, y, z with the sign turned, a number: the box around two
 /// boxes is one minimum of eight lanes.
@@ -74,12 +75,6 @@ impl Prim {
         )
     }
 
-    /// The middle of the box. Half of each bound first: the sum may be beyond the range of `f32`.
-    #[inline(always)]
-    pub(super) fn middle(&self) -> Vec3 {
-        (self.low() * 0.5 - self.minus_high() * 0.5).xyz()
-    }
-
     /// Half of the surface area of the box, its lengths taken `scale` times; 0 when it holds nothing.
     #[inline(always)]
     pub(super) fn half_area(&self, scale: f32) -> f32 {
@@ -95,6 +90,21 @@ impl Prim {
             max: (-self.minus_high()).xyz(),
         }
     }
+}
+
+/// The lanes of a box.
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, prim: &Prim) -> f32x8<S> {
+    f32x8::load_array_ref(simd, &prim.0)
+}
+
+/// The middle of a box. The fourth lane is of no use.
+#[inline(always)]
+pub(super) fn middle<S: Simd>(simd: S, prim: &Prim) -> f32x4<S> {
+    let (low, minus_high) = load(simd, prim).split();
+    let half = f32x4::splat(simd, 0.5);
+    // Half of each bound first: the sum may be beyond the range of f32.
+    low * half - minus_high * half
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //!
 //! One thread is steadier on a busy machine when the system pins it: `taskset -c 1 raybomb bench --threads 1 ..`.
 
+mod memory;
 mod rays;
 mod report;
 mod scaling;
@@ -106,16 +107,20 @@ struct Bench<'a> {
     world: World,
     view: View,
     build_time: Duration,
+    /// Bytes while the world was built.
+    build_peak: Option<usize>,
 }
 
 impl<'a> Bench<'a> {
     fn load(args: &'a BenchArgs, progress: &'a Progress) -> Result<Bench<'a>, Failure> {
         let renderer = renderer(args.machine.threads)?;
         let scene = parse_file(&renderer, &args.scene)?;
-        let start = Instant::now();
         let quality = quality(args);
-        let world = renderer.install(|| World::with_quality(&scene, quality));
-        let build_time = start.elapsed();
+        let ((world, build_time), build_peak) = memory::peak_of(|| {
+            let start = Instant::now();
+            let world = renderer.install(|| World::with_quality(&scene, quality));
+            (world, start.elapsed())
+        });
         Ok(Bench {
             view: still_view(args, &scene, &world),
             args,
@@ -124,6 +129,7 @@ impl<'a> Bench<'a> {
             scene,
             world,
             build_time,
+            build_peak,
         })
     }
 
@@ -385,6 +391,10 @@ impl<'a> Bench<'a> {
             rays: rays.as_ref().map(|r| r.rays),
             hits: rays.as_ref().and_then(|r| r.hits),
             hash: rays.map(|r| r.hash),
+            peak_bytes_per_triangle: self
+                .build_peak
+                .filter(|_| build)
+                .map(|bytes| bytes as f64 / triangles.max(1) as f64),
             stages: None,
             scaling: None,
         }

@@ -32,6 +32,9 @@ pub struct Report {
     pub hits: Option<usize>,
     /// SHA-256 of the results.
     pub hash: Option<String>,
+    /// While the world was built, that included: with workload build, where the system tells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_bytes_per_triangle: Option<f64>,
     /// With `--stages`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stages: Option<StagesReport>,
@@ -73,6 +76,9 @@ impl Report {
             .mtris_s
             .map_or_else(String::new, |m| format!(", {m:.2} Mtri/s"));
         let quality = if self.coarse { "coarse " } else { "" };
+        let peak = self
+            .peak_bytes_per_triangle
+            .map_or_else(String::new, |b| format!(" (peak {b:.1})"));
         let counts = match (self.rays, self.hits) {
             (Some(rays), Some(hits)) => format!("\n{rays} rays, {hits} hits"),
             _ => String::new(),
@@ -80,7 +86,7 @@ impl Report {
         format!(
             "{}: {} triangles, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}{built}\n\
-             {quality}build {:.1} ms, {:.1} bytes a triangle{counts}{}{}",
+             {quality}build {:.1} ms, {:.1} bytes a triangle{peak}{counts}{}{}",
             self.scene,
             self.triangles,
             self.width,

@@ -18,6 +18,7 @@ mod validate;
 
 use glam::Vec3;
 
+use fine::LeafShape;
 pub use node::{Child, Leaf, Line, MAX_LEAF, MAX_LEAF_VERTICES, Node};
 pub use stats::BvhStats;
 pub use validate::Invalid;
@@ -70,6 +71,15 @@ impl Bvh {
         Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Vec<()>| {}).0
     }
 
+    /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
+    #[must_use]
+    pub fn build_for_rays(triangles: &[Triangle]) -> Bvh {
+        fine::build(triangles, LeafShape::RAYS, &|_, _: &mut Vec<()>| {}).0
+    }
+
     /// Builds a tree, and something for every triangle in the order of the leaves: `records` makes it for one part of
     /// them after the other, while their triangles are still in the cache.
     ///
@@ -82,7 +92,7 @@ impl Bvh {
         records: &PartRecords<R>,
     ) -> (Bvh, Vec<R>) {
         match quality {
-            Quality::Fine => fine::build(triangles, records),
+            Quality::Fine => fine::build(triangles, LeafShape::TILES, records),
             Quality::Coarse => coarse::build(triangles, records),
         }
     }

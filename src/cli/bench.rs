@@ -25,7 +25,7 @@ use crate::raw::ticks;
 use crate::render::{Engine, Progress, RenderStats, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
-use crate::trace::free::{FreeTracer, Ray};
+use crate::trace::free::{FreeTracer, Ray, RayTree};
 use crate::trace::light::LightGrid;
 use crate::world::World;
 
@@ -169,17 +169,26 @@ impl<'a> Bench<'a> {
     }
 
     fn closest(&self, rays: &[Ray]) -> Result<Measured, Failure> {
+        let start = Instant::now();
+        let tree = self.renderer.install(|| RayTree::build(&self.world));
+        let build_time = start.elapsed();
         let trace = |hits: &mut Vec<Hit>| {
             timed(|| {
                 self.each_chunk(rays, hits, |tracer, rays, hits| {
-                    tracer.closest_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+                    tree.closest_hits(self.args.machine.kernel, tracer, rays, hits);
                 });
                 Ok(())
             })
         };
         let (times, hits) =
             self.repeat(vec![Hit::NONE; rays.len()], trace, |hits| hits_hash(hits))?;
-        Ok(Measured::of_hits(times, &hits))
+        Ok(Measured {
+            extra: Extra {
+                build_time,
+                bytes: tree.bytes(),
+            },
+            ..Measured::of_hits(times, &hits)
+        })
     }
 
     /// Rays or origins made from what the picture shows.

@@ -13,14 +13,23 @@
 //! can be seen). A lower limit [`Ray::t_min`] is there too; but near an edge or under a flat angle it lets rays
 //! through the neighbouring triangle.
 
+mod beam;
+mod block;
 pub mod brute;
 mod frame;
 mod leaf;
+mod many;
+mod ready;
 pub mod rule;
+mod single;
+mod stream;
+mod tree;
 mod walk;
+mod window;
 
 use glam::{DVec3, Vec3};
 
+pub use tree::RayTree;
 pub use walk::FreeTracer;
 
 use crate::frame::{Hit, MISS};

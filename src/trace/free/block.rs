@@ -9,11 +9,12 @@
 //! # The bound
 //! u is the roundoff of `f32`, and the corners q relative to the origin are exact: the rule rounds them just so. The
 //! shear has |s| ≤ B and is off by 1 rounding; so x = q.x − s·q.z is off by at most δ = 2.1u·B·|q.z| + 1.1u·|x|. Let R
-//! bound B·|q.z|, m the six numbers |x| and |y| of a triangle, and r = R + m: δ < 2.1u·r. A side x₀y₁ − y₀x₁ is off
-//! by 4mδ + 2δ² from them, and by 4um² from its own three roundings; together less than **E = 10u·r·(m + 4u·r)**.
+//! bound |q.z|, m the six numbers |x| and |y| of a triangle, and r = BR + m: δ < 2.1u·r. A side x₀y₁ − y₀x₁ is off
+//! by 4mδ + 2δ² from them, and by 4um² from its own three roundings; together less than **E = 10u·r·(m + 10u·r)**.
 //!
 //! The distance is (Σ side·q.z) / (Σ side), each corner with the side across from it. With errors E of the sides it is
-//! off by less than 6E·R / |Σ side|, with all roundings by less than R·(6.5E / |Σ side| + 16u).
+//! off by less than 6E·R / |Σ side|, with all roundings by less than R·(6.5E / |Σ side| + 16u). B is 1 for a ray
+//! alone, since z is its longest axis.
 
 use crate::simd::Lanes;
 use crate::simd::{SimdBase, SimdFloat, SimdMask, f32x8};
@@ -117,7 +118,7 @@ impl Block {
     }
 }
 
-/// E, for triangles with `size` m and `depth` B·R.
+/// E, for triangles with `size` m and `depth` BR.
 #[inline(always)]
 pub fn error<S: Lanes>(simd: S, size: f32x8<S>, depth: f32x8<S>) -> f32x8<S> {
     let r = (depth + size) * f32x8::splat(simd, 10.0 * ROUNDOFF);

@@ -29,6 +29,7 @@ mod window;
 
 use glam::{DVec3, Vec3};
 
+pub use many::AT_ONCE;
 pub use tree::RayTree;
 pub use walk::FreeTracer;
 

@@ -134,46 +134,72 @@ impl Ready {
     }
 }
 
-/// Looks for the nearest hit of a ray in everything below `child`.
-#[inline(always)]
-pub fn walk<S: Lanes>(
-    simd: S,
-    tree: &RayTree,
-    mut child: Child,
-    sides: &Sides,
-    me: &mut Ready,
-    ray: &Ray,
-    stack: &mut Stack,
-) {
-    let slabs = Slabs::new(simd, me);
-    let sheared = me.sheared(simd);
-    let mut depth = 0;
-    loop {
-        if child.is_leaf() {
-            me.look(simd, tree, child.index(), &sheared, ray);
+/// A ray that goes on alone, one node or leaf a step.
+#[derive(Clone, Debug, Default)]
+pub struct Walker {
+    /// The ray's number in its stream.
+    pub number: u16,
+    child: Child,
+    stack: Stack,
+    depth: usize,
+}
+
+impl Walker {
+    /// Starts ray `number` at `child`.
+    #[inline(always)]
+    pub fn start(&mut self, number: u16, child: Child) {
+        self.number = number;
+        self.child = child;
+        self.depth = 0;
+    }
+
+    /// Later, after everything else, the ray goes on at `child` as well.
+    #[inline(always)]
+    pub fn add(&mut self, child: Child) {
+        self.stack.reserve(self.depth);
+        self.stack.0.copy_within(..self.depth, 1);
+        self.stack.0[0] = u64::from(child.0);
+        self.depth += 1;
+    }
+
+    /// Looks at a node or leaf and asks for the next one; false when there is none.
+    #[inline(always)]
+    pub fn step<S: Lanes>(
+        &mut self,
+        simd: S,
+        tree: &RayTree,
+        sides: &Sides,
+        me: &mut Ready,
+        ray: &Ray,
+    ) -> bool {
+        if self.child.is_leaf() {
+            let sheared = me.sheared(simd);
+            me.look(simd, tree, self.child.index(), &sheared, ray);
         } else {
-            let node = &tree.nodes[child.index()];
+            let node = &tree.nodes[self.child.index()];
+            let slabs = Slabs::new(simd, me);
             let (enter, mut met) = slabs.meet(simd, node, sides, me.nearest.high);
             if met != 0 {
                 let mut near = [0.0; 8];
                 enter.store_array(&mut near);
-                stack.reserve(depth);
-                depth = push(&mut stack.0, depth, &node.children, &near, &mut met);
-                child = Child(stack.0[depth] as u32);
-                continue;
+                self.stack.reserve(self.depth);
+                let depth = self.depth;
+                self.depth = push(&mut self.stack.0, depth, &node.children, &near, &mut met);
+                self.child = Child(self.stack.0[self.depth] as u32);
+                tree.prefetch(self.child);
+                return true;
             }
         }
-        loop {
-            if depth == 0 {
-                return;
-            }
-            depth -= 1;
-            let entry = stack.0[depth];
+        while self.depth > 0 {
+            self.depth -= 1;
+            let entry = self.stack.0[self.depth];
             if f32::from_bits((entry >> 32) as u32) <= me.nearest.high {
-                child = Child(entry as u32);
-                break;
+                self.child = Child(entry as u32);
+                tree.prefetch(self.child);
+                return true;
             }
         }
+        false
     }
 }
 

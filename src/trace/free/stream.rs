@@ -9,18 +9,20 @@
 
 use super::Ray;
 use super::ready::{Extent, Ready};
-use super::single::{self, Sides, Slabs};
+use super::single::{self, Sides, Slabs, Walker};
 use super::tree::RayTree;
-use super::walk::Stack;
 use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
 use crate::simd::{Lanes, SimdBase, SimdMask, u16x8};
 
 /// Rays of a stream at most.
-const STREAM: usize = 4096;
+const STREAM: usize = 1 << 14;
 
 /// Rays that go on alone when no more are left.
-const FEW: usize = 2;
+const FEW: usize = 3;
+
+/// Rays that go alone in turn.
+const WALKERS: usize = 16;
 
 /// Rays that were put aside, and their numbers.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +39,7 @@ pub struct Room {
     /// Of each ray on a list, the children that it meets.
     met: Vec<u16>,
     visits: Vec<Visit>,
+    walkers: Vec<Walker>,
 }
 
 /// Rays that are to visit a child.
@@ -60,7 +63,6 @@ impl Room {
         octant: usize,
         aside: &Aside,
         hits: &mut [Hit],
-        stack: &mut Stack,
     ) {
         let Aside { rays, numbers } = aside;
         let extent = Extent::new(&tree.bounds);
@@ -68,7 +70,7 @@ impl Room {
             self.ready.clear();
             self.ready
                 .extend(rays.iter().map(|ray| Ready::new(ray, &extent)));
-            self.stream(simd, tree, octant, rays, stack);
+            self.stream(simd, tree, octant, rays);
             // Whether a ray hit anything is anybody's guess: those that did come first onto a list, without a branch.
             let mut found = 0;
             for (i, (&number, ready)) in numbers.iter().zip(&self.ready).enumerate() {
@@ -85,14 +87,7 @@ impl Room {
 
     /// Traces the prepared rays, all of one octant.
     #[inline(always)]
-    fn stream<S: Lanes>(
-        &mut self,
-        simd: S,
-        tree: &RayTree,
-        octant: usize,
-        rays: &[Ray],
-        stack: &mut Stack,
-    ) {
+    fn stream<S: Lanes>(&mut self, simd: S, tree: &RayTree, octant: usize, rays: &[Ray]) {
         let sides = Sides::of_octant(octant);
         self.make_room(rays.len());
         self.met.resize(STREAM + 8, 0);
@@ -108,27 +103,65 @@ impl Room {
         });
         while let Some(visit) = self.visits.pop() {
             let (child, start, count) = (visit.child, visit.start as usize, visit.count as usize);
-            if child.is_leaf() {
+            if count <= FEW {
+                self.go_alone(simd, tree, &sides, visit, rays);
+            } else if child.is_leaf() {
                 for &i in &self.lists[start..start + count] {
                     let me = &mut self.ready[usize::from(i)];
                     let sheared = me.sheared(simd);
                     me.look(simd, tree, child.index(), &sheared, &rays[usize::from(i)]);
                 }
-            } else if count <= FEW {
-                for &i in &self.lists[start..start + count] {
-                    let i = usize::from(i);
-                    single::walk(
-                        simd,
-                        tree,
-                        child,
-                        &sides,
-                        &mut self.ready[i],
-                        &rays[i],
-                        stack,
-                    );
-                }
             } else {
                 self.visit(simd, tree, octant, &sides, visit);
+            }
+        }
+    }
+
+    /// Rays of small visits, this one and those that come next, go on alone: several in turn, so that the memory of
+    /// one arrives while the others work.
+    #[inline(always)]
+    fn go_alone<S: Lanes>(
+        &mut self,
+        simd: S,
+        tree: &RayTree,
+        sides: &Sides,
+        first: Visit,
+        rays: &[Ray],
+    ) {
+        self.walkers.resize_with(WALKERS + FEW, Walker::default);
+        let mut count = 0;
+        let mut visit = first;
+        loop {
+            tree.prefetch(visit.child);
+            let start = visit.start as usize;
+            for &number in &self.lists[start..start + visit.count as usize] {
+                let known = self.walkers[..count]
+                    .iter()
+                    .position(|w| w.number == number);
+                if let Some(at) = known {
+                    self.walkers[at].add(visit.child);
+                } else {
+                    self.walkers[count].start(number, visit.child);
+                    count += 1;
+                }
+            }
+            match self.visits.last() {
+                Some(next) if count < WALKERS && next.count as usize <= FEW => visit = *next,
+                _ => break,
+            }
+            self.visits.pop();
+        }
+        while count > 0 {
+            let mut at = 0;
+            while at < count {
+                let walker = &mut self.walkers[at];
+                let number = usize::from(walker.number);
+                if walker.step(simd, tree, sides, &mut self.ready[number], &rays[number]) {
+                    at += 1;
+                } else {
+                    count -= 1;
+                    self.walkers.swap(at, count);
+                }
             }
         }
     }

@@ -9,6 +9,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::block::{Block, LANES};
+use super::frame::is_ray;
 use super::many::AT_ONCE;
 use super::walk::FreeTracer;
 use super::{Ray, brute};
@@ -144,6 +145,9 @@ impl RayTree {
     #[cold]
     #[inline(never)]
     pub(super) fn wild(&self, ray: &Ray) -> Hit {
+        if !is_ray(ray) || ray.t_min.is_nan() || ray.t_max.is_nan() {
+            return Hit::NONE;
+        }
         let slots = self.blocks.iter().enumerate().flat_map(|(i, block)| {
             let used = block.ids.iter().take_while(|&&id| id != MISS).count();
             (0..used).map(move |lane| (i * LANES + lane) as u32)

@@ -23,6 +23,12 @@ pub struct FreeTracer {
 #[derive(Clone, Debug)]
 pub(super) struct Stack(pub(super) Vec<u64>);
 
+impl Default for Stack {
+    fn default() -> Stack {
+        Stack(vec![0; 256])
+    }
+}
+
 impl Stack {
     /// Makes room for a node's children above `depth`.
     #[inline(always)]
@@ -36,7 +42,7 @@ impl Stack {
 impl Default for FreeTracer {
     fn default() -> FreeTracer {
         FreeTracer {
-            stack: Stack(vec![0; 256]),
+            stack: Stack::default(),
             company: Company::default(),
             scratch: Box::new(VertexScratch::NEW),
         }
@@ -98,6 +104,11 @@ impl FreeTracer {
                 let node = &bvh.nodes[child.index()];
                 let (near, mut met) = boxes(simd, &frame, node, best.t);
                 if met != 0 {
+                    let mut ahead = met;
+                    while ahead != 0 {
+                        bvh.prefetch(node.children[ahead.trailing_zeros() as usize & 7]);
+                        ahead &= ahead - 1;
+                    }
                     self.stack.reserve(depth);
                     depth = push(&mut self.stack.0, depth, &node.children, &near, &mut met);
                     child = Child(self.stack.0[depth] as u32);

@@ -88,7 +88,8 @@ impl Window {
                 & x.simd_le(long)
                 & y.simd_le(long)
                 & z.simd_le(long)
-                & longest.simd_ge(*TAME_DIR.start());
+                & longest.simd_ge(*TAME_DIR.start())
+                & load(simd, &self.t_max, at).simd_ge(f32::NEG_INFINITY);
             self.tame |= u64::from(bits::<S>(tame)) << at;
         }
         self.tame &= u64::MAX >> (MOST - self.count);

@@ -13,10 +13,10 @@ use super::Ray;
 use super::block::{Block, LANES, UNDERFLOW, error};
 use super::ready::Nearest;
 use super::single::{hit, settle};
-use super::tree::RayTree;
+use super::tree::{RayNode, RayTree};
 use super::walk::{Stack, push};
-use super::window::{MOST, Window, main_axes};
-use crate::bvh::{Child, Node};
+use super::window::{MOST, Row, Window, fold, main_axes};
+use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
 use crate::simd::{
     Bytes, Lanes, Select, SimdBase, SimdFloat, SimdMask, bits, f32x8, lanes, load, store,
@@ -29,8 +29,6 @@ const STEEP: f32 = 2.0;
 /// What a node and a block cost, in tests of a triangle by eight rays.
 const NODE_WORK: usize = 3;
 const BLOCK_WORK: usize = 4;
-
-pub type Row = [f32; MOST];
 
 /// All rays of a window.
 const ALL: [u8; MOST] = {
@@ -295,7 +293,7 @@ impl Beam {
 
     /// How far along z′ each child's box is at least, and which of them the beam may meet.
     #[inline(always)]
-    fn meet<S: Lanes>(&self, simd: S, node: &Node) -> ([f32; 8], u32) {
+    fn meet<S: Lanes>(&self, simd: S, node: &RayNode) -> ([f32; 8], u32) {
         macro_rules! row {
             ($row:expr) => {
                 f32x8::load_array_ref(simd, &node.bounds[$row % 6])
@@ -524,12 +522,4 @@ impl Beam {
         }
         nearer
     }
-}
-
-/// All lanes as one number.
-#[inline(always)]
-pub fn fold<S: Lanes>(lanes_of: S::f32s, both: fn(f32, f32) -> f32) -> f32 {
-    let mut all = [0.0; 16];
-    lanes_of.store_slice(&mut all[..lanes::<S>()]);
-    all[1..lanes::<S>()].iter().fold(all[0], |a, &b| both(a, b))
 }

@@ -4,9 +4,9 @@ use super::Ray;
 use super::block::{Found, Sheared};
 use super::ready::{AXES, Nearest, Ready};
 use super::rule::{self, Meeting};
-use super::tree::RayTree;
+use super::tree::{RayNode, RayTree};
 use super::walk::{Stack, push};
-use crate::bvh::{Child, Node};
+use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
 use crate::simd::{Lanes, SimdBase, SimdFloat, SimdMask, f32x8};
 
@@ -18,7 +18,7 @@ pub struct Slabs<S: Lanes> {
     far_offset: [f32x8<S>; 3],
 }
 
-/// Rows of the sides of [`Node::bounds`] that rays of one octant (bits 0, 1, 2: goes down along x, y, z) meet first,
+/// Rows of the sides of [`RayNode::bounds`] that rays of one octant (bits 0, 1, 2: goes down along x, y, z) meet first,
 /// and last.
 #[derive(Clone, Copy, Debug)]
 pub struct Sides {
@@ -57,7 +57,7 @@ impl<S: Lanes> Slabs<S> {
 
     /// Where the ray enters each child's box, and which of them it meets not beyond `far`.
     #[inline(always)]
-    pub fn meet(&self, simd: S, node: &Node, sides: &Sides, far: f32) -> (f32x8<S>, u32) {
+    pub fn meet(&self, simd: S, node: &RayNode, sides: &Sides, far: f32) -> (f32x8<S>, u32) {
         let mut enter = f32x8::splat(simd, 0.0);
         let mut leave = f32x8::splat(simd, far);
         for k in 0..3 {

@@ -18,8 +18,10 @@ use crate::simd::{Lanes, SimdBase, SimdMask, u16x8};
 /// Rays of a stream at most.
 const STREAM: usize = 1 << 14;
 
-/// Rays that go on alone when no more are left.
-const FEW: usize = 3;
+/// Rays that go on alone when no more are left; the second number is for trees that are far away.
+const FEW: [usize; 2] = [3, 6];
+/// Rays whose triangles are asked for ahead of their use.
+const AHEAD: usize = 8;
 
 /// Rays that go alone in turn.
 const WALKERS: usize = 16;
@@ -78,7 +80,9 @@ impl Room {
                 self.met[found] = i as u16;
                 found += usize::from(ready.nearest.slot != MISS);
             }
-            for &i in &self.met[..found] {
+            for (k, &i) in self.met[..found].iter().enumerate() {
+                let later = self.met[(k + AHEAD).min(found - 1)];
+                tree.prefetch_slot(self.ready[usize::from(later)].nearest.slot);
                 let i = usize::from(i);
                 hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest);
             }
@@ -89,6 +93,7 @@ impl Room {
     #[inline(always)]
     fn stream<S: Lanes>(&mut self, simd: S, tree: &RayTree, octant: usize, rays: &[Ray]) {
         let sides = Sides::of_octant(octant);
+        let few = FEW[usize::from(tree.is_far())];
         self.make_room(rays.len());
         self.met.resize(STREAM + 8, 0);
         for (i, place) in self.lists[..rays.len()].iter_mut().enumerate() {
@@ -103,8 +108,8 @@ impl Room {
         });
         while let Some(visit) = self.visits.pop() {
             let (child, start, count) = (visit.child, visit.start as usize, visit.count as usize);
-            if count <= FEW {
-                self.go_alone(simd, tree, &sides, visit, rays);
+            if count <= few {
+                self.go_alone(simd, tree, &sides, visit, few, rays);
             } else if child.is_leaf() {
                 for &i in &self.lists[start..start + count] {
                     let me = &mut self.ready[usize::from(i)];
@@ -126,9 +131,10 @@ impl Room {
         tree: &RayTree,
         sides: &Sides,
         first: Visit,
+        few: usize,
         rays: &[Ray],
     ) {
-        self.walkers.resize_with(WALKERS + FEW, Walker::default);
+        self.walkers.resize_with(WALKERS + FEW[1], Walker::default);
         let mut count = 0;
         let mut visit = first;
         loop {
@@ -146,7 +152,7 @@ impl Room {
                 }
             }
             match self.visits.last() {
-                Some(next) if count < WALKERS && next.count as usize <= FEW => visit = *next,
+                Some(next) if count < WALKERS && next.count as usize <= few => visit = *next,
                 _ => break,
             }
             self.visits.pop();
@@ -188,7 +194,7 @@ impl Room {
         self.met[count..count + 8].fill(0);
         let first_visit = self.visits.len();
         let mut end = visit.free as usize;
-        let mut order = tree.order(visit.child.index(), octant);
+        let mut order = node.orders[octant % 8];
         for _ in 0..8 {
             let i = order as usize % 8;
             order >>= 3;

@@ -22,17 +22,30 @@ use crate::scene::Triangle;
 use crate::simd::{Kernel, dispatch};
 use crate::world::World;
 
+/// A [`Node`] with the order of its children. 256 bytes.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct RayNode {
+    /// See [`Node::bounds`].
+    pub bounds: [[f32; 8]; 6],
+    /// What each box holds; leaves have the number of their block.
+    pub children: [Child; 8],
+    /// For rays of each octant (bits 0, 1, 2: goes down along x, y, z) the children, 3 bits each, the farthest first.
+    pub orders: [u32; 8],
+}
+
 /// A tree for many free rays.
 #[derive(Debug)]
 pub struct RayTree {
-    /// Interior nodes; the root is the first. Leaves have the number of their block.
-    pub(super) nodes: Vec<Node>,
+    /// Interior nodes; the root is the first.
+    pub(super) nodes: Vec<RayNode>,
     pub(super) blocks: Vec<Block>,
-    /// For each node and octant, its children, 3 bits each, the farthest first.
-    orders: Vec<[u32; 8]>,
     /// Of all triangles in the tree.
     pub(super) bounds: Aabb,
 }
+
+/// Trees of more bytes than this do not stay in the caches.
+const FAR: usize = 32 << 20;
 
 /// The word of a leaf's first line that nobody uses: here, the number of its block.
 const SPARE: usize = 15;
@@ -53,7 +66,7 @@ impl RayTree {
             .map(|corners| Triangle { corners, color })
             .collect();
         let Bvh {
-            mut nodes,
+            nodes,
             mut lines,
             file_ids,
             bounds,
@@ -64,17 +77,20 @@ impl RayTree {
             .map(|id| of_world.file_ids[id as usize])
             .collect();
         let firsts = number(&mut lines);
-        nodes.par_iter_mut().for_each(|node| {
-            for child in &mut node.children {
+        let node = |node: &Node| RayNode {
+            bounds: node.bounds,
+            children: node.children.map(|child| {
                 if child.is_leaf() {
-                    *child = Child::leaf(lines[child.index()].0[SPARE] as usize, 1);
+                    Child::leaf(lines[child.index()].0[SPARE] as usize, 1)
+                } else {
+                    child
                 }
-            }
-        });
+            }),
+            orders: orders(node),
+        };
         let block = |&first: &u32| block(Leaf::new(&lines[first as usize..]), &file_ids);
         RayTree {
-            orders: nodes.par_iter().map(orders).collect(),
-            nodes,
+            nodes: nodes.par_iter().map(node).collect(),
             blocks: firsts.par_iter().map(block).collect(),
             bounds,
         }
@@ -129,16 +145,22 @@ impl RayTree {
                 prefetch(&self.blocks, child.index(), line);
             }
         } else {
-            for line in 0..size_of::<Node>() / 64 {
+            for line in 0..size_of::<RayNode>() / 64 {
                 prefetch(&self.nodes, child.index(), line);
             }
         }
     }
 
-    /// The children of a node, 3 bits each, the last one for rays of `octant` first.
+    /// Asks for the block of the triangle in `slot`.
     #[inline(always)]
-    pub(super) fn order(&self, node: usize, octant: usize) -> u32 {
-        self.orders[node][octant % 8]
+    pub(super) fn prefetch_slot(&self, slot: u32) {
+        self.prefetch(Child::leaf(slot as usize / LANES, 1));
+    }
+
+    /// Whether most of the tree is far away, in memory that is slow.
+    #[inline(always)]
+    pub(super) fn is_far(&self) -> bool {
+        self.bytes() > FAR
     }
 
     /// A ray that no bound holds for.
@@ -161,7 +183,7 @@ impl RayTree {
     /// Bytes of memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..]) + size_of_val(&self.orders[..])
+        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
     }
 }
 

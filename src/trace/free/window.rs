@@ -3,13 +3,15 @@
 use glam::Vec3;
 
 use super::Ray;
-use super::beam::{Row, fold};
 use super::frame::{TAME_DIR, TAME_SCENE};
 use super::ready::{AXES, Extent, largest, largest_of};
 use crate::simd::{Lanes, SimdBase, bits, lanes, load};
 
 /// Rays of a window at most.
 pub const MOST: usize = 64;
+
+/// A number for each ray.
+pub type Row = [f32; MOST];
 
 /// The axes in the order x′, y′, z′, z′ the one along which `dir` is longest, and 1 or −1: its sense there.
 #[inline(always)]
@@ -130,4 +132,12 @@ impl Window {
         }
         members & self.tame
     }
+}
+
+/// All lanes as one number.
+#[inline(always)]
+pub fn fold<S: Lanes>(lanes_of: S::f32s, both: fn(f32, f32) -> f32) -> f32 {
+    let mut all = [0.0; 16];
+    lanes_of.store_slice(&mut all[..lanes::<S>()]);
+    all[1..lanes::<S>()].iter().fold(all[0], |a, &b| both(a, b))
 }

@@ -510,7 +510,7 @@ impl Beam {
     #[inline(never)]
     fn settle(&mut self, tree: &RayTree, slot: u32, at: usize, open: u32, rays: &[Ray]) -> bool {
         let mut nearer = false;
-        for i in at..self.count {
+        for i in at..self.count.min(at + 16) {
             if open >> (i - at) & 1 == 0 {
                 continue;
             }

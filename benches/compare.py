@@ -2,7 +2,7 @@
 """Our tracer beside Embree and tinybvh, in turn on pinned cores; prints a Markdown table.
 
   RAYBOMB_PEERS=DIR RAYBOMB_SCENES=DIR benches/compare.py [SCENE.txt ...]
-      [--workload primary|shadow|bounce|random|build] [--threads 1] [--rounds 3] [--tinybvh]
+      [--workload primary|shadow|bounce|random|build] [--threads 1] [--rounds 3] [--realtime] [--tinybvh]
 
 RAYBOMB_PEERS: the folder where the program `peers` (Embree and tinybvh behind a command line) was set up, with its
 env.sh. RAYBOMB_SCENES: a folder of scene files, used when none is named. Build with `cargo build --release` before.
@@ -107,11 +107,14 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--frames", type=int, default=15)
+    parser.add_argument("--realtime", action="store_true", help="ahead of every other process (needs the right to)")
     parser.add_argument("--tinybvh", action="store_true", help="a column for tinybvh's best mode, too")
     options = parser.parse_args()
     environment = peers_environment()
-    cores = "1" if options.threads == 1 else ",".join(map(str, range(options.threads)))
-    pin = ["taskset", "-c", cores]
+    # The peers pin their threads to the first cores; so do we.
+    pin = ["taskset", "-c", ",".join(map(str, range(options.threads)))]
+    if options.realtime:
+        pin = ["chrt", "-f", "50", *pin]
     found = scenes(options.scenes)
     if options.workload == "build":
         columns = {"ours": ("build", ()), "coarse": ("build", ("--coarse",))}

@@ -10,20 +10,23 @@ use raybomb::frame::{Hit, Hits, MISS};
 use raybomb::math::Random;
 use raybomb::render::{Engine, Progress, Renderer};
 use raybomb::simd::Kernel;
-use raybomb::trace::free::{self, FreeTracer, Ray, brute, lift};
+use raybomb::trace::free::{self, FreeTracer, Ray, RayTree, brute, lift};
 use raybomb::world::World;
 
-/// Traces at all widths, closest and any hit, and compares; the hits.
+/// Traces at all widths, one by one and as many, closest and any hit, and compares; the hits.
 fn compare(name: &str, world: &World, rays: &[Ray]) -> Vec<Hit> {
     let bvh = world.bvh();
     let expected: Vec<Hit> = rays
         .iter()
         .map(|ray| brute::closest_hit(world.corners(), &bvh.file_ids, ray))
         .collect();
+    let tree = RayTree::build(world);
     for kernel in Kernel::available() {
         let mut tracer = FreeTracer::default();
         let mut hits = vec![Hit::NONE; rays.len()];
         tracer.closest_hits(kernel, bvh, rays, &mut hits);
+        let mut of_many = vec![Hit { id: 7, t: 7.0 }; rays.len()];
+        tree.closest_hits(kernel, &mut tracer, rays, &mut of_many);
         let mut any = vec![false; rays.len()];
         tracer.any_hits(kernel, bvh, rays, &mut any);
         for (i, ray) in rays.iter().enumerate() {
@@ -32,6 +35,12 @@ fn compare(name: &str, world: &World, rays: &[Ray]) -> Vec<Hit> {
                 bits(hits[i]),
                 bits(expected[i]),
                 "{name}, {}: {ray:?}",
+                kernel.name()
+            );
+            assert_eq!(
+                bits(of_many[i]),
+                bits(expected[i]),
+                "{name}, {}, as one of many: {ray:?}",
                 kernel.name()
             );
             assert_eq!(
@@ -82,6 +91,64 @@ fn rays_along_axes_and_planes_hit_what_every_triangle_says() {
         let rays: Vec<Ray> = (0..500).map(|_| Ray::new(whole(7), whole(3))).collect();
         let hits = compare(&format!("grid of seed {seed}"), &world, &rays);
         assert!(hit_count(&hits) > 25, "seed {seed}: {}", hit_count(&hits));
+    }
+}
+
+/// Mirror rays, as neighbouring pixels send them on: `facets` small sets of rays, each of which keeps together.
+fn bundles(random: &mut Random, facets: usize, size: u32) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for _ in 0..facets {
+        let (origin, dir) = (random.point() * 2.0, random.point());
+        let spread = random.unit() * 0.4;
+        for _ in 0..1 + random.below(size) {
+            let mut ray = Ray::new(
+                origin + random.point() * 0.1,
+                (dir + random.point() * spread) * (0.5 + random.unit()),
+            );
+            if random.below(8) == 0 {
+                ray.t_min = random.unit();
+                ray.t_max = ray.t_min + 2.0 * random.unit();
+            }
+            rays.push(ray);
+        }
+    }
+    rays
+}
+
+#[test]
+fn rays_that_keep_together_hit_what_every_triangle_says() {
+    for seed in 0..6 {
+        let mut random = Random::new(300 + seed);
+        let mut triangles = soup(&mut random, 150);
+        triangles.extend(ball(&mut random, 8, 0.1, Vec3::ZERO));
+        let world = World::compile(&scene(triangles));
+        let mut rays = bundles(&mut random, 12, 90);
+        // One that is not tame, and one that is none, among the others.
+        rays[20].dir *= 1e-20;
+        rays[40].origin.x = f32::NAN;
+        rays[60].t_max = f32::NAN;
+        rays[61].t_max = -1.0;
+        let hits = compare(&format!("bundles of seed {seed}"), &world, &rays);
+        assert!(hit_count(&hits) > 25, "seed {seed}: {}", hit_count(&hits));
+    }
+}
+
+#[test]
+fn parallel_rays_through_corners_and_along_edges_hit_what_every_triangle_says() {
+    for seed in 0..6 {
+        let mut random = Random::new(400 + seed);
+        let mut whole = |span: u32| {
+            Vec3::from_array([(); 3].map(|()| random.below(span) as f32 - (span / 2) as f32))
+        };
+        let triangles: Vec<_> = (0..120).map(|_| [(); 3].map(|()| whole(5))).collect();
+        let world = World::compile(&scene(triangles));
+        let mut rays = Vec::new();
+        for _ in 0..5 {
+            let dir = whole(3);
+            rays.extend((0..100).map(|_| Ray::new(whole(7) - dir * 2.0, dir)));
+        }
+        let hits = compare(&format!("parallel rays of seed {seed}"), &world, &rays);
+        assert!(hit_count(&hits) > 10, "seed {seed}: {}", hit_count(&hits));
     }
 }
 

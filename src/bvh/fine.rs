@@ -19,8 +19,27 @@ use crate::raw::prefetch;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
 
-/// What one step through a node costs, in triangle tests. The kernels test 16 triangles nearly as fast as one.
-const NODE_COST: u32 = 8;
+/// What leaves should be like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafShape {
+    /// Triangles at most, up to [`MAX_LEAF`].
+    pub(super) most: usize,
+    /// What one step through a node costs, in triangle tests.
+    pub(super) node_cost: u32,
+}
+
+impl LeafShape {
+    /// For tiles of rays: their kernels test 16 triangles nearly as fast as one.
+    pub(super) const TILES: LeafShape = LeafShape {
+        most: MAX_LEAF,
+        node_cost: 8,
+    };
+    /// For rays that go alone or in small groups.
+    pub(super) const RAYS: LeafShape = LeafShape {
+        most: 8,
+        node_cost: 4,
+    };
+}
 /// Triangles of a cluster at most, but for those in one cell of the finest grid.
 const CLUSTER: usize = 16;
 /// Sets of at most this many triangles are sorted triangle by triangle.
@@ -39,12 +58,14 @@ const AHEAD: usize = 16;
 pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
     sorted: Sorted,
+    shape: LeafShape,
     records: &PartRecords<R>,
 ) -> (Bvh, Vec<R>) {
     let bounds = sorted.bounds;
     let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
     let fine = Fine {
         triangles,
+        shape,
         // Areas of very large or very small scenes would leave the range of f32.
         scale: ((1.0 / size) as f32).min(f32::MAX),
     };
@@ -63,6 +84,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
 
 struct Fine<'a> {
     triangles: &'a [Triangle],
+    shape: LeafShape,
     scale: f32,
 }
 
@@ -300,12 +322,13 @@ impl Fine<'_> {
     }
 
     fn fate<S: Simd, const CLUSTERS: bool>(&self, simd: S, set: &Set, depth: usize) -> Fate {
-        let small = if CLUSTERS { SMALL_PART } else { NODE_COST };
+        let LeafShape { most, node_cost } = self.shape;
+        let small = if CLUSTERS { SMALL_PART } else { node_cost };
         // No cut of so few is worth a node.
         if set.weight <= small || set.prims.len() == 1 {
             return Fate::Whole;
         }
-        let may_stay = !CLUSTERS && set.prims.len() <= MAX_LEAF;
+        let may_stay = !CLUSTERS && set.prims.len() <= most;
         let split = (depth < MAX_DEPTH).then(|| {
             simd.vectorize(
                 #[inline(always)]
@@ -315,7 +338,7 @@ impl Fine<'_> {
         let area = set.bounds.half_area(self.scale);
         match split.flatten() {
             Some(split)
-                if !may_stay || NODE_COST as f32 * area + split.cost < area * set.weight as f32 =>
+                if !may_stay || node_cost as f32 * area + split.cost < area * set.weight as f32 =>
             {
                 Fate::Cut(split)
             }

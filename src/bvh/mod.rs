@@ -20,6 +20,7 @@ mod validate;
 
 use glam::Vec3;
 
+use fine::LeafShape;
 pub use node::{Child, Leaf, Line, MAX_LEAF, MAX_LEAF_VERTICES, Node};
 pub use stats::BvhStats;
 pub use validate::Invalid;
@@ -72,6 +73,18 @@ impl Bvh {
         Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Vec<()>| {}).0
     }
 
+    /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
+    #[must_use]
+    pub fn build_for_rays(triangles: &[Triangle]) -> Bvh {
+        Bvh::sorted(triangles, |sorted| {
+            fine::build(triangles, sorted, LeafShape::RAYS, &|_, _: &mut Vec<()>| {})
+        })
+        .0
+    }
+
     /// Builds a tree, and something for every triangle in the order of the leaves: `records` makes it for one part of
     /// them after the other, while their triangles are still in the cache.
     ///
@@ -83,20 +96,28 @@ impl Bvh {
         quality: Quality,
         records: &PartRecords<R>,
     ) -> (Bvh, Vec<R>) {
-        let sorted = morton::sort_all(triangles);
-        if sorted.keys.is_empty() {
-            let empty = Bvh {
-                nodes: Vec::new(),
-                lines: Vec::new(),
-                file_ids: Vec::new(),
-                bounds: Aabb::EMPTY,
-            };
-            return (empty, Vec::new());
-        }
-        match quality {
-            Quality::Fine => fine::build(triangles, sorted, records),
+        Bvh::sorted(triangles, |sorted| match quality {
+            Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records),
             Quality::Coarse => coarse::build(triangles, &sorted, records),
+        })
+    }
+
+    /// Sorts the triangles and hands them to `build`; without any there is nothing to build.
+    fn sorted<R>(
+        triangles: &[Triangle],
+        build: impl FnOnce(morton::Sorted) -> (Bvh, Vec<R>),
+    ) -> (Bvh, Vec<R>) {
+        let sorted = morton::sort_all(triangles);
+        if !sorted.keys.is_empty() {
+            return build(sorted);
         }
+        let empty = Bvh {
+            nodes: Vec::new(),
+            lines: Vec::new(),
+            file_ids: Vec::new(),
+            bounds: Aabb::EMPTY,
+        };
+        (empty, Vec::new())
     }
 
     /// The leaf that starts at line `first`.

@@ -40,7 +40,7 @@ impl Node {
 ///
 /// Bit 31: leaf. Bits 27 and 28 of a leaf: how many times 16 vertices it has, less one (so that all its lines can
 /// be asked for before the first has arrived). Bits 0..27: index of the node, or of the leaf's first line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Child(pub u32);
 
 impl Child {

@@ -28,12 +28,12 @@ use crate::raw::ticks;
 use crate::render::{Engine, Progress, RenderStats, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
-use crate::trace::free::{FreeTracer, Ray};
+use crate::trace::free::{self, FreeTracer, Ray, RayTree};
 use crate::trace::light::LightGrid;
 use crate::world::World;
 
-/// Rays that a thread takes at once.
-const RAYS_AT_ONCE: usize = 8192;
+/// Origins that a thread takes at once.
+const ORIGINS_AT_ONCE: usize = 8192;
 
 /// Measures what `args` ask for and prints it.
 ///
@@ -156,7 +156,7 @@ impl<'a> Bench<'a> {
         let build_time = start.elapsed();
         let trace = |hits: &mut Vec<bool>| {
             timed(|| {
-                self.each_chunk(&origins, hits, |tracer, origins, hits| {
+                self.each_chunk(ORIGINS_AT_ONCE, &origins, hits, |tracer, origins, hits| {
                     grid.hidden(self.args.machine.kernel, &self.world, tracer, origins, hits);
                 });
                 Ok(())
@@ -191,17 +191,26 @@ impl<'a> Bench<'a> {
     }
 
     fn closest(&self, rays: &[Ray]) -> Result<Measured, Failure> {
+        let start = Instant::now();
+        let tree = self.renderer.install(|| RayTree::build(&self.world));
+        let build_time = start.elapsed();
         let trace = |hits: &mut Vec<Hit>| {
             timed(|| {
-                self.each_chunk(rays, hits, |tracer, rays, hits| {
-                    tracer.closest_hits(self.args.machine.kernel, self.world.bvh(), rays, hits);
+                self.each_chunk(free::AT_ONCE, rays, hits, |tracer, rays, hits| {
+                    tree.closest_hits(self.args.machine.kernel, tracer, rays, hits);
                 });
                 Ok(())
             })
         };
         let (times, hits) =
             self.repeat(vec![Hit::NONE; rays.len()], trace, |hits| hits_hash(hits))?;
-        Ok(Measured::of_hits(times, &hits))
+        Ok(Measured {
+            extra: Extra {
+                build_time,
+                bytes: tree.bytes(),
+            },
+            ..Measured::of_hits(times, &hits)
+        })
     }
 
     /// Rays or origins made from what the picture shows.
@@ -214,16 +223,17 @@ impl<'a> Bench<'a> {
         Ok(make(&self.scene, &self.world, &self.view, &hits))
     }
 
-    /// Traces all rays on all threads.
+    /// Traces all rays on all threads, each of which takes `at_once`.
     fn each_chunk<R: Sync, H: Send>(
         &self,
+        at_once: usize,
         rays: &[R],
         hits: &mut [H],
         trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
     ) {
         self.renderer.install(|| {
-            rays.par_chunks(RAYS_AT_ONCE)
-                .zip(hits.par_chunks_mut(RAYS_AT_ONCE))
+            rays.par_chunks(at_once)
+                .zip(hits.par_chunks_mut(at_once))
                 .with_max_len(1)
                 .for_each_init(FreeTracer::default, |tracer, (rays, hits)| {
                     trace(tracer, rays, hits);

@@ -8,12 +8,12 @@ use crate::geometry::Aabb;
 use crate::trace::space::ROUNDOFF;
 
 /// Scenes and origins within these magnitudes are what the error bounds hold for.
-const TAME_SCENE: std::ops::RangeInclusive<f32> = 8.7e-19..=1.1e15;
+pub(super) const TAME_SCENE: std::ops::RangeInclusive<f32> = 8.7e-19..=1.1e15;
 /// And directions within these.
-const TAME_DIR: std::ops::RangeInclusive<f32> = 9.1e-13..=1.1e12;
+pub(super) const TAME_DIR: std::ops::RangeInclusive<f32> = 9.1e-13..=1.1e12;
 
 /// A coordinate of the direction below this part of the largest one is taken for it: it keeps reciprocals in range.
-const FLAT: f32 = 1.0 / 1_073_741_824.0;
+pub(super) const FLAT: f32 = 1.0 / 1_073_741_824.0;
 
 /// A ray, prepared.
 #[derive(Clone, Copy, Debug)]

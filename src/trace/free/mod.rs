@@ -1,10 +1,14 @@
 //! Free rays: each with an origin and a direction of its own. Which triangle they hit first, or whether any.
 //!
-//! A ray goes down the tree alone: a node's eight boxes are tested at once, the nearest is entered first, and a leaf's
-//! triangles are tested as many at a time as there are lanes. What decides is [`rule`]: exact arithmetic, the same
-//! for every width; the lanes only sort out what is certainly missed ([`leaf`]).
+//! What decides is [`rule`]: exact arithmetic, the same for every width and order of work. The lanes only tell what is
+//! certain. There are two ways down:
 //!
-//! [`closest_hit`] tells what a single ray meets.
+//! - [`FreeTracer`] takes rays one by one down the tree of the [`World`] that is there anyway: for a pick in the
+//!   window ([`closest_hit`]), and for the few rays that another tracer leaves over. A node's eight boxes are tested at
+//!   once, the nearest is entered first, and a leaf's triangles are tested as many at a time as there are lanes.
+//! - [`RayTree`] is for many rays. It is a second tree with small leaves, built on demand: it takes about as long to
+//!   build as the first and more memory, which a single question should not have to pay. Rays that keep together go
+//!   down as beams, the others in streams.
 //!
 //! # Rays that leave a surface
 //! A ray that starts at a point on a triangle should not hit that triangle again. The point of a hit is rounded, so
@@ -13,14 +17,24 @@
 //! can be seen). A lower limit [`Ray::t_min`] is there too; but near an edge or under a flat angle it lets rays
 //! through the neighbouring triangle.
 
+mod beam;
+mod block;
 pub mod brute;
 mod frame;
 mod leaf;
+mod many;
+mod ready;
 pub mod rule;
+mod single;
+mod stream;
+mod tree;
 mod walk;
+mod window;
 
 use glam::{DVec3, Vec3};
 
+pub use many::AT_ONCE;
+pub use tree::RayTree;
 pub use walk::FreeTracer;
 
 use crate::frame::{Hit, MISS};

@@ -1,6 +1,7 @@
 //! A ray's way down the tree.
 
 use super::frame::{RayFrame, is_ray};
+use super::many::Company;
 use super::rule::{self, Meeting};
 use super::{Ray, brute, leaf};
 use crate::bvh::{Bvh, Child, Leaf, Node};
@@ -12,16 +13,37 @@ use crate::simd::{
 /// What one thread needs to trace free rays.
 #[derive(Clone, Debug)]
 pub struct FreeTracer {
-    /// Nodes and leaves to visit: the bits of the nearest distance (not negative, so they sort as numbers do), then
-    /// the child's word.
-    stack: Vec<u64>,
+    pub(super) stack: Stack,
+    pub(super) company: Company,
     scratch: Box<VertexScratch>,
+}
+
+/// Nodes and leaves to visit: the bits of the nearest distance (not negative, so they sort as numbers do), then
+/// the child's word.
+#[derive(Clone, Debug)]
+pub(super) struct Stack(pub(super) Vec<u64>);
+
+impl Default for Stack {
+    fn default() -> Stack {
+        Stack(vec![0; 256])
+    }
+}
+
+impl Stack {
+    /// Makes room for a node's children above `depth`.
+    #[inline(always)]
+    pub(super) fn reserve(&mut self, depth: usize) {
+        if depth + 8 > self.0.len() {
+            self.0.resize(2 * self.0.len(), 0);
+        }
+    }
 }
 
 impl Default for FreeTracer {
     fn default() -> FreeTracer {
         FreeTracer {
-            stack: vec![0; 256],
+            stack: Stack::default(),
+            company: Company::default(),
             scratch: Box::new(VertexScratch::NEW),
         }
     }
@@ -82,11 +104,14 @@ impl FreeTracer {
                 let node = &bvh.nodes[child.index()];
                 let (near, mut met) = boxes(simd, &frame, node, best.t);
                 if met != 0 {
-                    if depth + 8 > self.stack.len() {
-                        self.stack.resize(2 * self.stack.len(), 0);
+                    let mut ahead = met;
+                    while ahead != 0 {
+                        bvh.prefetch(node.children[ahead.trailing_zeros() as usize & 7]);
+                        ahead &= ahead - 1;
                     }
-                    depth = push(&mut self.stack, depth, bvh, node, &near, &mut met);
-                    child = Child(self.stack[depth] as u32);
+                    self.stack.reserve(depth);
+                    depth = push(&mut self.stack.0, depth, &node.children, &near, &mut met);
+                    child = Child(self.stack.0[depth] as u32);
                     continue;
                 }
             }
@@ -95,7 +120,7 @@ impl FreeTracer {
                     return best.hit(bvh);
                 }
                 depth -= 1;
-                let entry = self.stack[depth];
+                let entry = self.stack.0[depth];
                 if f32::from_bits((entry >> 32) as u32) <= best.t {
                     child = Child(entry as u32);
                     break;
@@ -186,14 +211,13 @@ fn boxes<S: Lanes>(simd: S, frame: &RayFrame, node: &Node, far: f32) -> ([f32; 8
     (near, enter.simd_le(leave).to_bitmask() as u32)
 }
 
-/// Puts the children `met` (not 0) of `node` onto the stack from `depth` on, the nearest on top; its depth below
+/// Puts the `children` that are `met` (not none) onto the stack from `depth` on, the nearest on top; its depth below
 /// the nearest.
 #[inline(always)]
-fn push(
+pub(super) fn push(
     stack: &mut [u64],
     depth: usize,
-    bvh: &Bvh,
-    node: &Node,
+    children: &[Child; 8],
     near: &[f32; 8],
     met: &mut u32,
 ) -> usize {
@@ -201,8 +225,7 @@ fn push(
     while *met != 0 {
         let i = met.trailing_zeros() as usize & 7;
         *met &= *met - 1;
-        let child = node.children[i];
-        bvh.prefetch(child);
+        let child = children[i];
         let entry = u64::from(near[i].to_bits()) << 32 | u64::from(child.0);
         let mut at = top;
         while at > depth && stack[at - 1] < entry {

@@ -128,19 +128,19 @@ impl<'a> Bench<'a> {
 
     /// Rays to the light.
     fn shadow(&self) -> Result<Measured, Failure> {
-        let origins = self.of_picture(rays::lit)?;
+        let starts = self.of_picture(rays::lit)?;
         let start = Instant::now();
         let grid = self.renderer.install(|| LightGrid::build(&self.world));
         let build_time = start.elapsed();
         let trace = |hits: &mut Vec<bool>| {
             timed(|| {
-                self.each_chunk(&origins, hits, |tracer, origins, hits| {
-                    grid.hidden(self.args.machine.kernel, &self.world, tracer, origins, hits);
+                self.each_chunk(&starts, hits, |tracer, starts, hits| {
+                    grid.hidden(self.args.machine.kernel, &self.world, tracer, starts, hits);
                 });
                 Ok(())
             })
         };
-        let (times, hits) = self.repeat(vec![false; origins.len()], trace, Vec::clone)?;
+        let (times, hits) = self.repeat(vec![false; starts.len()], trace, Vec::clone)?;
         let mut hasher = Hasher::default();
         hasher.update(&hits.iter().map(|&hit| u8::from(hit)).collect::<Vec<_>>());
         Ok(Measured {

@@ -11,8 +11,8 @@ For each scene, every mode of Embree (packets of 1, 4, 8, 16, coherent or not, b
 rays, qualities medium and high) is tried once, and the fastest is measured again in every round, in turn with each of
 our kernels that this CPU has. The table has the medians over the rounds in Mray/s (build: Mtri/s) and the ratios to
 Embree. Pictures are 1920x1080, one ray a pixel; `shaded` is the whole picture, `primary` writes numbers and distances.
-Workload shadow: ours shoots from hits on surfaces turned to the light, the peers from every hit; what is compared
-is rays a second, that is, time for each ray shot.
+Workload shadow: the same rays on both sides, from hits on surfaces turned to the light, by the program in
+benches/peers: cargo build --release --manifest-path benches/peers/Cargo.toml --target-dir target
 """
 import argparse
 import json
@@ -55,6 +55,24 @@ def value(row, workload):
     return row["tris"] / row["build_s"] / 1e6 if workload == "build" else row["mrays_s"]
 
 
+class LitPeer:
+    """Embree on the rays that our workload shadow shoots, in the mode that turned out fastest."""
+
+    def __init__(self, scene, options, pin, environment):
+        program = ROOT / "target/release/lit-peers"
+        if not program.exists():
+            sys.exit(f"compare.py: {program} is missing; build benches/peers as told in --help")
+        self.environment = environment
+        self.base = [*pin, program, scene, "--threads", options.threads]
+        rows = run([*self.base, "--frames", "3"], environment)
+        best = max(rows, key=lambda row: row["mrays_s"])
+        self.mode, self.rays = f"{best['mode']} {best['quality']}", best["rays"]
+        self.again = ["--modes", best["mode"], "--quality", best["quality"]]
+
+    def measure(self):
+        return run([*self.base, *self.again], self.environment)[0]["mrays_s"]
+
+
 class Peer:
     """One peer on one scene, in the mode that turned out fastest."""
 
@@ -92,6 +110,14 @@ class Peer:
         return max(value(row, self.workload) for row in rows)
 
 
+def check_rays(scene, count, options, pin):
+    """Both sides must shoot the same rays."""
+    command = [*pin, ROOT / "target/release/raybomb", "bench", scene, "--workload", "shadow", "--frames", "1", "--json"]
+    row, = run(command)
+    if row["rays"] != count:
+        sys.exit(f"compare.py: {scene}: we shoot {row['rays']} rays, the peer {count}; rebuild both")
+
+
 def ours(scene, options, pin, workload, extra=()):
     command = [*pin, ROOT / "target/release/raybomb", "bench", scene, "--threads", options.threads]
     rows = run([*command, "--workload", workload, "--frames", options.frames, "--json", *extra], may_fail=True)
@@ -123,11 +149,18 @@ def main():
         columns = {k: c for k, c in columns.items() if ours(found[0], options, pin, *c) is not None}
         if options.workload == "primary":
             columns["shaded"] = ("shaded", ())
+    shadow = options.workload == "shadow"
+    if shadow and options.tinybvh:
+        sys.exit("compare.py: tinybvh answers no any-hit rays here")
     peers = ["embree", "tinybvh"] if options.tinybvh else ["embree"]
     head = ["scene", *peers, "Embree's mode", *columns, "ratios"]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     for scene in found:
-        theirs = {name: Peer(name, scene, options, pin, environment) for name in peers}
+        if shadow:
+            theirs = {"embree": LitPeer(scene, options, pin, environment)}
+            check_rays(scene, theirs["embree"].rays, options, pin)
+        else:
+            theirs = {name: Peer(name, scene, options, pin, environment) for name in peers}
         figures = {name: [] for name in [*theirs, *columns]}
         for _ in range(options.rounds):
             for name, peer in theirs.items():

@@ -9,31 +9,62 @@ use raybomb::geometry::unit_normal;
 use raybomb::math::Random;
 use raybomb::simd::Kernel;
 use raybomb::trace::free::{FreeTracer, brute, lift};
-use raybomb::trace::light::LightGrid;
+use raybomb::trace::light::{LightGrid, Start, start};
 use raybomb::world::World;
 
-/// How many of the origins are hidden; all widths must agree with every triangle's answer.
+/// How many of the origins are hidden; all widths must agree with every triangle's answer, and it must not matter on
+/// which triangle a point is said to lie.
 fn compare(name: &str, triangles: Vec<[Vec3; 3]>, light: Vec3, origins: &[Vec3]) -> usize {
+    let count = triangles.len() as u32;
+    let mut random = Random::new(7);
+    let starts: Vec<Start> = (0..)
+        .zip(origins)
+        .map(|(i, &origin)| {
+            let triangle = match i % 3 {
+                0 => MISS,
+                1 => random.below(count + 2),
+                _ => nearest(&triangles, origin),
+            };
+            start(origin, triangle)
+        })
+        .collect();
+    compare_starts(name, triangles, light, &starts)
+}
+
+/// The number of the triangle whose plane is nearest to `point`, of those around it.
+fn nearest(triangles: &[[Vec3; 3]], point: Vec3) -> u32 {
+    let far = |corners: &[Vec3; 3]| {
+        let plane = unit_normal(corners).as_vec3().dot(point - corners[0]);
+        let around = corners.iter().map(|p| p.distance(point)).sum::<f32>();
+        plane.abs() + 1e-3 * around
+    };
+    (0..)
+        .zip(triangles)
+        .min_by(|(_, a), (_, b)| far(a).total_cmp(&far(b)))
+        .map_or(MISS, |(i, _)| i)
+}
+
+fn compare_starts(name: &str, triangles: Vec<[Vec3; 3]>, light: Vec3, starts: &[Start]) -> usize {
     let mut scene = scene(triangles);
     scene.light = light;
     let world = World::compile(&scene);
     let grid = LightGrid::build(&world);
-    let expected: Vec<bool> = origins
+    let expected: Vec<bool> = starts
         .iter()
-        .map(|&origin| {
-            let ray = grid.ray(origin);
+        .map(|&[x, y, z, _]| {
+            let ray = grid.ray(Vec3::new(x, y, z));
             brute::closest_hit(world.corners(), &world.bvh().file_ids, &ray).id != MISS
         })
         .collect();
     for kernel in Kernel::available() {
-        let mut hidden = vec![false; origins.len()];
+        let mut hidden = vec![true; starts.len()];
         let mut tracer = FreeTracer::default();
-        grid.hidden(kernel, &world, &mut tracer, origins, &mut hidden);
-        for (i, origin) in origins.iter().enumerate() {
+        grid.hidden(kernel, &world, &mut tracer, starts, &mut hidden);
+        for (i, start) in starts.iter().enumerate() {
             assert_eq!(
                 hidden[i],
                 expected[i],
-                "{name}, light {light}, {}: {origin:?}",
+                "{name}, light {light}, {}: {start:?}",
                 kernel.name()
             );
         }
@@ -94,18 +125,73 @@ fn surfaces_of_a_ball_are_hidden_as_every_triangle_says() {
             .map(|t| t.map(|p| p * scale))
             .collect();
         let bounds = World::compile(&scene(triangles.clone())).bounds();
-        let origins: Vec<Vec3> = triangles
-            .iter()
-            .map(|corners| {
+        let starts: Vec<Start> = (0..)
+            .zip(&triangles)
+            .map(|(i, corners)| {
                 let [a, b, c] = *corners;
                 let at = [random.unit(), random.unit()];
                 let point = a + ((b - a) + (c - b) * at[1]) * at[0];
                 let inward = Vec3::splat(scale * at[0].min(0.0)) - point;
-                lift(point, unit_normal(corners).as_vec3(), inward, &bounds)
+                let normal = unit_normal(corners).as_vec3();
+                start(lift(point, normal, inward, &bounds), i)
             })
             .collect();
-        let hidden = compare("ball", triangles, LIGHTS[0], &origins);
+        let hidden = compare_starts("ball", triangles, LIGHTS[0], &starts);
         assert!(hidden > 50, "seed {seed}: {hidden}");
+    }
+}
+
+/// A bumpy square of `2 n n` triangles across y, with a small roof over its middle.
+fn terrain(random: &mut Random, n: usize, bump: f32, at: Vec3) -> Vec<[Vec3; 3]> {
+    let heights: Vec<f32> = (0..(n + 1) * (n + 1))
+        .map(|_| bump * random.unit())
+        .collect();
+    let point = |i: usize, j: usize| {
+        let [x, z] = [i, j].map(|k| k as f32 / n as f32 * 2.0 - 1.0);
+        at + Vec3::new(x, heights[i * (n + 1) + j], z)
+    };
+    let square = |(i, j): (usize, usize)| {
+        let [a, b] = [point(i, j), point(i + 1, j)];
+        let [c, d] = [point(i, j + 1), point(i + 1, j + 1)];
+        [[a, b, c], [d, c, b]]
+    };
+    let all = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let mut triangles: Vec<[Vec3; 3]> = all.flat_map(square).collect();
+    triangles.push([(-0.3, -0.2), (0.3, -0.1), (0.1, 0.3)].map(|(x, z)| at + Vec3::new(x, 0.6, z)));
+    triangles
+}
+
+#[test]
+fn rims_and_heights_of_surfaces_are_hidden_as_every_triangle_says() {
+    for (seed, (bump, at)) in (0..).zip([
+        (0.0, Vec3::ZERO),
+        (0.1, Vec3::ZERO),
+        (0.4, Vec3::ZERO),
+        (0.1, Vec3::splat(500.0)),
+        (0.1, Vec3::new(0.0, 3e5, 0.0)),
+    ]) {
+        let mut random = Random::new(seed);
+        let triangles = terrain(&mut random, 9, bump, at);
+        let mut starts = Vec::new();
+        for (i, corners) in (0..).zip(&triangles) {
+            let [a, b, c] = *corners;
+            let normal = unit_normal(corners).as_vec3();
+            for _ in 0..12 {
+                // In the middle, at an edge, at a corner; as far from the plane as the bounds of error, or not.
+                let edge = [0.0, 1e-7, 1e-6, 1e-5, 0.4][random.below(5) as usize];
+                let along = [0.0, 1e-6, 0.3, 0.6][random.below(4) as usize];
+                let point = a + (b - a) * along + (c - a) * edge;
+                let off =
+                    [-1e-3, -1e-5, 0.0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5][random.below(8) as usize];
+                starts.push(start(point + normal * off, i));
+            }
+        }
+        let hidden = LIGHTS.map(|l| compare_starts("terrain", triangles.clone(), l, &starts));
+        let (most, all) = (hidden.iter().max(), hidden.iter().sum::<usize>());
+        assert!(
+            all > 300 && most < Some(&starts.len()),
+            "seed {seed}: {hidden:?}"
+        );
     }
 }
 

@@ -33,7 +33,7 @@ use crate::trace::light::LightGrid;
 use crate::world::World;
 
 /// Origins that a thread takes at once.
-const ORIGINS_AT_ONCE: usize = 8192;
+const STARTS_AT_ONCE: usize = 8192;
 
 /// Measures what `args` ask for and prints it.
 ///
@@ -150,19 +150,19 @@ impl<'a> Bench<'a> {
 
     /// Rays to the light.
     fn shadow(&self) -> Result<Measured, Failure> {
-        let origins = self.of_picture(rays::lit)?;
+        let starts = self.of_picture(rays::lit)?;
         let start = Instant::now();
         let grid = self.renderer.install(|| LightGrid::build(&self.world));
         let build_time = start.elapsed();
         let trace = |hits: &mut Vec<bool>| {
             timed(|| {
-                self.each_chunk(ORIGINS_AT_ONCE, &origins, hits, |tracer, origins, hits| {
-                    grid.hidden(self.args.machine.kernel, &self.world, tracer, origins, hits);
+                self.each_chunk(STARTS_AT_ONCE, &starts, hits, |tracer, starts, hits| {
+                    grid.hidden(self.args.machine.kernel, &self.world, tracer, starts, hits);
                 });
                 Ok(())
             })
         };
-        let (times, hits) = self.repeat(vec![false; origins.len()], trace, Vec::clone)?;
+        let (times, hits) = self.repeat(vec![false; starts.len()], trace, Vec::clone)?;
         let mut hasher = Hasher::default();
         hasher.update(&hits.iter().map(|&hit| u8::from(hit)).collect::<Vec<_>>());
         Ok(Measured {

@@ -8,6 +8,7 @@ use crate::geometry::{Aabb, unit_normal};
 use crate::math::Random;
 use crate::scene::Scene;
 use crate::trace::free::{Ray, lift};
+use crate::trace::light::{Start, start};
 use crate::world::World;
 
 /// Pixels of a square whose rays lie together in memory, each way.
@@ -17,6 +18,8 @@ const SQUARE: usize = 8;
 struct Point {
     /// Lifted off the surface.
     origin: Vec3,
+    /// The triangle's number in the file.
+    triangle: u32,
     /// The camera ray's direction.
     dir: DVec3,
     /// Unit length, towards the camera.
@@ -24,15 +27,15 @@ struct Point {
 }
 
 /// Every point that is turned to the light, on the side that the picture shows.
-pub fn lit(scene: &Scene, world: &World, view: &View, hits: &Hits) -> Vec<Vec3> {
-    let mut origins = Vec::new();
+pub fn lit(scene: &Scene, world: &World, view: &View, hits: &Hits) -> Vec<Start> {
+    let mut starts = Vec::new();
     let to_light = -world.light();
     each_point(scene, world, view, hits, |point| {
         if point.normal.dot(to_light) > 0.0 {
-            origins.push(point.origin);
+            starts.push(start(point.origin, point.triangle));
         }
     });
-    origins
+    starts
 }
 
 /// Mirror rays from every point, of unit length.
@@ -87,6 +90,7 @@ fn each_point(scene: &Scene, world: &World, view: &View, hits: &Hits, mut work: 
                 let origin = lift(point, normal.as_vec3(), dir.as_vec3(), &world.bounds());
                 work(Point {
                     origin,
+                    triangle: hit.id,
                     dir,
                     normal,
                 });

@@ -103,6 +103,16 @@ impl Block {
         self.top <= z
     }
 
+    /// The highest z.
+    pub fn top(&self) -> f32 {
+        self.top
+    }
+
+    /// The triangles' numbers in leaf order; the last one may be there several times.
+    pub fn ids(&self) -> &[u32; LANES] {
+        &self.ids
+    }
+
     /// The triangle's number in leaf order.
     #[inline(always)]
     pub fn id(&self, lane: usize) -> usize {

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::geometry::Aabb;
+use crate::simd::{Lanes, SimdBase};
 use crate::trace::space::ROUNDOFF;
 
 /// Scenes of these magnitudes are what the error bounds hold for.
@@ -31,6 +32,10 @@ pub struct LightFrame {
     up: Vec3,
     /// Origins farther out than this have no place in the frame; 0 when nothing has.
     reach: f32,
+    /// The middle of the scene.
+    middle: Vec3,
+    /// Corners are closer to the middle than this along every axis; 0 when nothing is.
+    pub half: f32,
     /// More than the rule of free rays moves a corner across the light by rounding it.
     pub blur: f64,
 }
@@ -52,6 +57,17 @@ impl LightFrame {
         } else {
             0.0
         };
+        let middle = if reach > 0.0 {
+            ((bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5).as_vec3()
+        } else {
+            Vec3::ZERO
+        };
+        let half = (bounds.max - middle).max(middle - bounds.min).max_element() * 1.0625;
+        let half = if reach > 0.0 && TAME.contains(&half) {
+            half
+        } else {
+            0.0
+        };
         let mut up = Vec3::ZERO;
         up[axes[2]] = 1f32.copysign(d[axes[2]]);
         LightFrame {
@@ -64,6 +80,8 @@ impl LightFrame {
             }),
             up,
             reach,
+            middle,
+            half,
             // Two roundings of numbers up to twice the reach; this is 16 of the reach.
             blur: f64::from(reach * (16.0 * ROUNDOFF)),
         }
@@ -78,6 +96,48 @@ impl LightFrame {
     /// True when the frame is of use at all.
     pub fn is_tame(&self) -> bool {
         self.reach > 0.0
+    }
+
+    /// A point of space in this frame, counted from the middle of the scene.
+    pub fn centred(&self, p: Vec3) -> DVec3 {
+        let q = p.as_dvec3() - self.middle.as_dvec3();
+        DVec3::new(
+            self.across[0].dot(q),
+            self.across[1].dot(q),
+            self.up.as_dvec3().dot(q),
+        )
+    }
+
+    /// Where the middle of the scene is.
+    pub fn middle(&self) -> DVec3 {
+        let Seen { x, y, z } = self.see(self.middle);
+        DVec3::new(x, y, f64::from(z))
+    }
+
+    /// As [`LightFrame::centred`] in `f32`, and the largest distance along an axis of space. x and y are wrong
+    /// by less than 6 unit roundoffs of that, z by less than one.
+    #[inline(always)]
+    pub fn centred_many<S: Lanes>(&self, simd: S, p: [S::f32s; 3]) -> [S::f32s; 4] {
+        macro_rules! splat {
+            ($x:expr) => {
+                S::f32s::splat(simd, $x as f32)
+            };
+        }
+        let [x, y, z] = p;
+        let m = self.middle;
+        let q = [x - splat!(m.x), y - splat!(m.y), z - splat!(m.z)];
+        macro_rules! dot {
+            ($row:expr) => {
+                splat!($row.x) * q[0] + (splat!($row.y) * q[1] + splat!($row.z) * q[2])
+            };
+        }
+        let far = q[0].abs().max(q[1].abs().max(q[2].abs()));
+        [
+            dot!(self.across[0]),
+            dot!(self.across[1]),
+            dot!(self.up),
+            far,
+        ]
     }
 
     /// A point of space in this frame.

@@ -2,11 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::block::{Block, LANES, Place};
 use super::frame::{LightFrame, Seen};
+use super::open::OpenTriangles;
 use crate::raw::prefetch;
 use crate::world::World;
 
@@ -17,10 +18,14 @@ const CELLS_PER_TRIANGLE: f64 = 1.0;
 /// and 10⁶ a third slower, at 300 to 400 bytes a triangle instead of 220 to 260.
 const ENTRIES_PER_TRIANGLE: f64 = 4.0;
 
+/// With more triangles around it than this, one is not looked at any further.
+const MOST_ABOVE: usize = 4096;
+
 /// A grid over the plane that the light looks at.
 #[derive(Debug)]
 pub struct LightGrid {
     pub(super) frame: LightFrame,
+    pub(super) open: OpenTriangles,
     /// The middle of the first cell.
     x: f64,
     y: f64,
@@ -107,6 +112,7 @@ impl LightGrid {
         let frame = LightFrame::new(dir, &world.bvh().bounds);
         let mut grid = LightGrid {
             frame,
+            open: OpenTriangles::default(),
             x: 0.0,
             y: 0.0,
             side: 1.0,
@@ -130,13 +136,14 @@ impl LightGrid {
         shadows.par_sort_unstable_by(|a, b| b.top().total_cmp(&a.top()).then(a.id.cmp(&b.id)));
         grid.choose_cells(&shadows);
         grid.fill(&shadows);
+        grid.open = OpenTriangles::find(&grid, world);
         grid
     }
 
     /// Bytes in memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.starts[..]) + size_of_val(&self.blocks[..])
+        size_of_val(&self.starts[..]) + size_of_val(&self.blocks[..]) + self.open.bytes()
     }
 
     /// Where to look for what hides the light from `origin`; asks for the first block.
@@ -239,15 +246,60 @@ impl LightGrid {
         self.last = [self.columns, self.rows].map(|n| (n - 1) as f64);
     }
 
-    /// The cells that a triangle may touch.
-    fn cells_of(&self, shadow: &Shadow) -> impl Iterator<Item = [u32; 2]> {
+    /// The columns and rows of the cells that touch a box.
+    fn cells_around(
+        &self,
+        x: (f64, f64),
+        y: (f64, f64),
+    ) -> (RangeInclusive<u32>, RangeInclusive<u32>) {
         let blur = self.frame.blur;
         let cells = |(low, high): (f64, f64), start: f64, last: f64| {
             let place = |v: f64| nearest(((v - start) * self.scale).clamp(0.0, last));
             place(low - blur)..=place(high + blur)
         };
-        let columns = cells(range(shadow.corners.map(|p| p.x)), self.x, self.last[0]);
-        let rows = cells(range(shadow.corners.map(|p| p.y)), self.y, self.last[1]);
+        (
+            cells(x, self.x, self.last[0]),
+            cells(y, self.y, self.last[1]),
+        )
+    }
+
+    /// Puts the numbers in leaf order into `ids` of all triangles that may touch a triangle's box and reach higher
+    /// than its lowest corner; corners count from the middle of the scene. False when there are too many.
+    pub(super) fn above(&self, corners: &[DVec3; 3], ids: &mut Vec<u32>) -> bool {
+        ids.clear();
+        // Most that come again are recognised.
+        let mut known = [u32::MAX; 64];
+        let [a, b, c] = corners.map(|p| p + self.frame.middle());
+        let (columns, rows) = self.cells_around(range([a.x, b.x, c.x]), range([a.y, b.y, c.y]));
+        let floor = a.z.min(b.z).min(c.z);
+        for row in rows {
+            for column in columns.clone() {
+                let cell = self.cell(column, row);
+                let blocks = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+                let higher = |block: &&Block| f64::from(block.top()) > floor;
+                for block in self.blocks[blocks].iter().take_while(higher) {
+                    for &id in block.ids() {
+                        let place = &mut known[id as usize % 64];
+                        if *place != id {
+                            *place = id;
+                            ids.push(id);
+                        }
+                    }
+                }
+                if ids.len() > MOST_ABOVE {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// The cells that a triangle may touch.
+    fn cells_of(&self, shadow: &Shadow) -> impl Iterator<Item = [u32; 2]> {
+        let (columns, rows) = self.cells_around(
+            range(shadow.corners.map(|p| p.x)),
+            range(shadow.corners.map(|p| p.y)),
+        );
         let outline = (!is_small(&columns, &rows)).then(|| Outline::new(self, shadow));
         let all = columns;
         rows.flat_map(move |y| all.clone().map(move |x| [x, y]))

@@ -7,31 +7,46 @@
 //! point in the sun needs one block or two, those of its own surface. Close relatives: Johnson et al., "The
 //! irregular Z-buffer", 2005, which sorts the origins instead.
 //!
+//! Most points do not even come there: they lie on a triangle that has nothing above it, which was found out when
+//! the grid was built ([`open`]).
+//!
 //! The answer is that of a free ray ([`super::free`]), to the bit: blocks only sort out what is certain.
 
 mod block;
 mod frame;
 mod grid;
+mod open;
 
 use glam::Vec3;
 
 pub use grid::LightGrid;
+pub use open::{Start, start};
 
-use crate::simd::{Kernel, Lanes, dispatch};
+use crate::simd::{Kernel, Lanes, dispatch, lanes};
 use crate::trace::free::rule::{self, Meeting};
 use crate::trace::free::{FreeTracer, Ray};
 use crate::world::World;
 use block::{Answer, Block};
 use grid::Query;
 
-/// A cell with more blocks than this costs more than a way down the tree.
-const CROWD: u32 = 24;
+/// Looking at more blocks than this costs more than a way down the tree.
+const CROWD: usize = 24;
 
 /// Rays whose cells are found before the first of them is looked into.
 const AT_ONCE: usize = 16;
 
+/// Rays that are sorted out before the first of them goes to the grid.
+const SORTED_OUT: usize = 1024;
+
+/// Where a ray starts.
+#[inline(always)]
+fn origin(start: &Start) -> Vec3 {
+    let [x, y, z, _] = *start;
+    Vec3::new(x, y, z)
+}
+
 impl LightGrid {
-    /// For each of `origins`: whether the ray from there toward the light hits anything. Same answers as
+    /// For each of `starts`: whether the ray from there toward the light hits anything. Same answers as
     /// [`FreeTracer::any_hits`] for [`LightGrid::ray`]s.
     ///
     /// # Panics
@@ -41,21 +56,24 @@ impl LightGrid {
         kernel: Kernel,
         world: &World,
         tracer: &mut FreeTracer,
-        origins: &[Vec3],
+        starts: &[Start],
         hidden: &mut [bool],
     ) {
-        assert_eq!(origins.len(), hidden.len(), "an answer for each origin");
-        let mut left = Vec::new();
+        assert_eq!(starts.len(), hidden.len(), "an answer for each start");
+        hidden.fill(false);
+        let (mut unsure, mut left) = (Vec::new(), Vec::new());
         dispatch!(kernel, simd => {
-            let mut at = 0;
-            for (origins, hidden) in origins.chunks(AT_ONCE).zip(hidden.chunks_mut(AT_ONCE)) {
-                self.ask_many(simd, world, origins, hidden, at, &mut left);
-                at += AT_ONCE;
+            for first in (0..starts.len()).step_by(SORTED_OUT) {
+                unsure.clear();
+                self.sort_out(simd, starts, first, &mut unsure);
+                for unsure in unsure.chunks(AT_ONCE) {
+                    self.ask_many(simd, world, starts, unsure, hidden, &mut left);
+                }
             }
         });
         if !left.is_empty() {
             dispatch!(kernel, simd => for i in left {
-                hidden[i] = tracer.hits_any(simd, world.bvh(), &self.ray(origins[i]));
+                hidden[i] = tracer.hits_any(simd, world.bvh(), &self.ray(origin(&starts[i])));
             });
         }
     }
@@ -66,53 +84,82 @@ impl LightGrid {
         Ray::new(origin, self.frame.dir)
     }
 
-    /// Answers for up to [`AT_ONCE`] origins, the first of which is number `first`: finds all their cells before it
-    /// looks into the first, so that the blocks arrive meanwhile. Those that are better off with the tree go to
-    /// `left`.
+    /// Puts those of the [`SORTED_OUT`] `starts` from number `first` on into `unsure` that do not certainly see the
+    /// light.
+    #[inline(always)]
+    fn sort_out<S: Lanes>(&self, simd: S, starts: &[Start], first: usize, unsure: &mut Vec<usize>) {
+        let end = starts.len().min(first + SORTED_OUT);
+        if self.open.is_empty() {
+            unsure.extend(first..end);
+            return;
+        }
+        let many = lanes::<S>();
+        for first in (first..end).step_by(many) {
+            let count = many.min(end - first);
+            let mut padded = [[0.0; 4]; 16];
+            let some = if count == many {
+                &starts[first..first + many]
+            } else {
+                padded[..count].copy_from_slice(&starts[first..end]);
+                &padded[..many]
+            };
+            let seeing = self.open.see_light(simd, &self.frame, some);
+            let mut left = !seeing & u32::MAX >> (32 - count);
+            while left != 0 {
+                unsure.push(first + left.trailing_zeros() as usize);
+                left &= left - 1;
+            }
+        }
+    }
+
+    /// Answers for up to [`AT_ONCE`] of `starts`: finds all their cells before it looks into the first, so that the
+    /// blocks arrive meanwhile. Those that are better off with the tree go to `left`.
     #[inline(always)]
     fn ask_many<S: Lanes>(
         &self,
         simd: S,
         world: &World,
-        origins: &[Vec3],
+        starts: &[Start],
+        which: &[usize],
         hidden: &mut [bool],
-        first: usize,
         left: &mut Vec<usize>,
     ) {
         let mut queries = [Query::NONE; AT_ONCE];
-        for (i, (query, &origin)) in queries.iter_mut().zip(origins).enumerate() {
+        for (query, &i) in queries.iter_mut().zip(which) {
+            let origin = origin(&starts[i]);
             if self.frame.holds(origin) {
                 *query = self.query(origin);
-                if query.end - query.first > CROWD {
-                    *query = Query::NONE;
-                    left.push(first + i);
-                }
             } else {
-                left.push(first + i);
+                left.push(i);
             }
         }
-        for ((query, &origin), hidden) in queries.iter().zip(origins).zip(hidden) {
-            *hidden = self.ask(simd, world, query, origin);
+        for (query, &i) in queries.iter().zip(which) {
+            match self.ask(simd, world, query, origin(&starts[i])) {
+                Some(answer) => hidden[i] = answer,
+                None => left.push(i),
+            }
         }
     }
 
+    /// `None` when there is too much to look at.
     #[inline(always)]
-    fn ask<S: Lanes>(&self, simd: S, world: &World, query: &Query, origin: Vec3) -> bool {
-        for block in self.blocks(query) {
+    fn ask<S: Lanes>(&self, simd: S, world: &World, query: &Query, origin: Vec3) -> Option<bool> {
+        let blocks = self.blocks(query);
+        for block in blocks.iter().take(CROWD) {
             if block.is_below(query.place.z) {
-                return false;
+                return Some(false);
             }
             match block.test(simd, query.place) {
                 Answer::Free => {}
-                Answer::Hidden => return true,
+                Answer::Hidden => return Some(true),
                 Answer::Perhaps(lanes) => {
                     if self.settle(world, block, lanes, origin) {
-                        return true;
+                        return Some(true);
                     }
                 }
             }
         }
-        false
+        (blocks.len() <= CROWD).then_some(false)
     }
 
     /// Whether one of the triangles `lanes` (as bits) of a block hides the light.

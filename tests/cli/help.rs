@@ -65,6 +65,7 @@ fn the_help_of_each_command_has_its_options_and_no_others() {
         "--workload",
         "--coarse",
         "--stages",
+        "--scaling",
         "--frames",
         "--json",
     ];

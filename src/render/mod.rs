@@ -4,6 +4,7 @@
 
 mod hit_plane;
 mod pick;
+mod points;
 mod samples;
 mod sketch;
 
@@ -25,6 +26,7 @@ use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
 use crate::world::World;
 pub use pick::Picked;
+pub use points::{Point, each_point};
 pub use samples::{Refinement, Samples};
 pub use sketch::Sketch;
 

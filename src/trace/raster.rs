@@ -30,7 +30,7 @@ pub struct SpeckLanes<S: Lanes> {
 /// A triangle whose box holds at most this many columns and rows of pixels' centres is a speck.
 pub const SPECK: usize = 4;
 
-/// Pixels of one lane's box, and of all lanes': a bit each.
+/// Words that have a bit for each pixel of each lane's box, where there are 16 lanes.
 const WORDS: usize = SPECK * SPECK * 16 / 64;
 
 /// Triangles of at most [`SPECK`] pixels each way: lanes stay triangles. Their boxes are walked in step, pixel by

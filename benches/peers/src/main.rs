@@ -16,20 +16,15 @@ use std::time::Instant;
 
 use embree::{Embree, Mode, Rays, Tree};
 use raybomb::camera::{Camera, Pivot, View};
-use raybomb::frame::{Hits, MISS};
-use raybomb::geometry::unit_normal;
-use raybomb::render::{Engine, Progress, Renderer};
+use raybomb::frame::Hits;
+use raybomb::render::{Engine, Progress, Renderer, each_point};
 use raybomb::scene::{self, Scene};
 use raybomb::simd::Kernel;
 use raybomb::timeline::{Timing, camera_at};
-use raybomb::trace::free::lift;
 use raybomb::world::World;
 
 /// Rays that a thread takes at once, as in our bench.
 const AT_ONCE: usize = 8192;
-
-/// Pixels of a square whose rays lie together, each way.
-const SQUARE: usize = 8;
 
 fn main() {
     if let Err(message) = run(std::env::args().skip(1).collect()) {
@@ -124,7 +119,7 @@ fn measure(
     (times, hidden.iter().filter(|&&hidden| hidden).count())
 }
 
-/// The rays, square by square, along Morton's curve in each.
+/// The rays, in the order of our own bench.
 fn lit(scene: &Scene) -> Result<Rays, String> {
     let world = World::compile(scene);
     let view = still_view(scene, &world);
@@ -142,40 +137,13 @@ fn lit(scene: &Scene) -> Result<Rays, String> {
         .map_err(|_| "the picture was cancelled")?;
     let to_light = -world.light();
     let mut rays = Rays::new(to_light.as_vec3());
-    for (top, left) in squares(&view) {
-        for i in 0..SQUARE * SQUARE {
-            let bit = |from: usize, to: usize| (i >> from & 1) << to;
-            let x = left + bit(0, 0) + bit(2, 1) + bit(4, 2);
-            let y = top + bit(1, 0) + bit(3, 1) + bit(5, 2);
-            if x >= view.width || y >= view.height {
-                continue;
-            }
-            let hit = hits.pixels[y * view.width + x];
-            if hit.id == MISS {
-                continue;
-            }
-            let dir = view.direction(x, y);
-            let normal = unit_normal(&scene.triangles[hit.id as usize].corners);
-            let seen = if normal.dot(dir) > 0.0 {
-                -normal
-            } else {
-                normal
-            };
-            if seen.dot(to_light) > 0.0 {
-                let point = (view.eye.as_dvec3() + dir * f64::from(hit.t)).as_vec3();
-                rays.push(lift(point, seen.as_vec3(), dir.as_vec3(), &world.bounds()));
-            }
+    each_point(scene, &world, &view, &hits, |point| {
+        if point.normal.dot(to_light) > 0.0 {
+            rays.push(point.origin);
         }
-    }
+    });
     rays.finish();
     Ok(rays)
-}
-
-fn squares(view: &View) -> impl Iterator<Item = (usize, usize)> {
-    let (width, height) = (view.width, view.height);
-    (0..height)
-        .step_by(SQUARE)
-        .flat_map(move |top| (0..width).step_by(SQUARE).map(move |left| (top, left)))
 }
 
 /// The still picture at 1920x1080.

@@ -117,15 +117,15 @@ impl Pace {
     /// True for pictures of the scene that is open; others were begun before.
     #[must_use]
     pub fn is_of_scene(&self, picture: &Picture) -> bool {
-        picture.scene == self.scene
+        picture.order.scene == self.scene
     }
 
     /// True for a picture that nothing better follows, unless the wish changes.
     #[must_use]
     pub fn is_finest(&self, picture: &Picture) -> bool {
         self.is_of_scene(picture)
-            && picture.pixel_size == 1
-            && picture.samples == self.samples_of(&picture.wish)
+            && picture.order.pixel_size == 1
+            && picture.samples == self.samples_of(&picture.order.wish)
     }
 
     /// Samples a pixel when nothing moves. Slow engines have one.
@@ -225,8 +225,9 @@ impl Pace {
     /// A picture came; showing one takes `present`.
     pub fn took(&mut self, picture: &Picture, present: Duration) {
         let time = picture.stats.total + present;
-        if picture.moving {
-            self.governor.moved(picture.pixel_size, time, self.deadline);
+        if picture.order.moving {
+            self.governor
+                .moved(picture.order.pixel_size, time, self.deadline);
         } else if picture.samples == Samples::ONE {
             self.governor.stood(time);
         }
@@ -234,7 +235,7 @@ impl Pace {
 
     /// The picture was shown.
     pub fn shown(&mut self, picture: &Picture, at: Instant) {
-        if let Some(asked) = picture.asked {
+        if let Some(asked) = picture.order.asked {
             self.latencies.count(at.saturating_duration_since(asked));
         }
     }
@@ -277,12 +278,8 @@ mod tests {
     fn picture(order: &Order, ms: u64) -> Picture {
         Picture {
             frame: Frame::default(),
-            scene: order.scene,
-            wish: order.wish,
-            pixel_size: order.pixel_size,
+            order: *order,
             samples: Samples::ONE,
-            moving: order.moving,
-            asked: order.asked,
             stats: RenderStats {
                 total: Duration::from_millis(ms),
                 ..RenderStats::default()

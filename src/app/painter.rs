@@ -42,18 +42,10 @@ pub struct Order {
 pub struct Picture {
     /// Its pixels.
     pub frame: Frame,
-    /// The number of the scene that was asked for.
-    pub scene: u64,
-    /// What was asked for.
-    pub wish: Wish,
-    /// Pixels of the window, each way, that one of its pixels stands for.
-    pub pixel_size: usize,
+    /// What was asked for; refinements were not asked for by a hand.
+    pub order: Order,
     /// How fine it is.
     pub samples: Samples,
-    /// It was one of many.
-    pub moving: bool,
-    /// When a hand asked for it; refinements are not asked for.
-    pub asked: Option<Instant>,
     /// What it took.
     pub stats: RenderStats,
     /// What each side took of that.
@@ -269,12 +261,11 @@ fn paint(renderer: &Renderer, shared: &Shared, notify: &impl Fn(Notice)) {
                     samples = now.refined(order.samples);
                     notify(Notice::Picture(Box::new(Picture {
                         frame,
-                        scene: order.scene,
-                        wish: order.wish,
-                        pixel_size: order.pixel_size,
+                        order: Order {
+                            asked: order.asked.filter(|_| now == Samples::ONE),
+                            ..order
+                        },
                         samples: now,
-                        moving: order.moving,
-                        asked: order.asked.filter(|_| now == Samples::ONE),
                         stats,
                         side_times,
                     })));

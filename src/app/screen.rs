@@ -80,7 +80,7 @@ impl Screen {
     ) -> Result<Duration, AppError> {
         let start = Instant::now();
         let frame = picture.map(|p| &p.frame);
-        let pixel_size = picture.map_or(1, |p| p.pixel_size);
+        let pixel_size = picture.map_or(1, |p| p.order.pixel_size);
         self.presenter
             .present(self.size, frame, pixel_size, draw)
             .map_err(cannot_show)?;

@@ -54,7 +54,7 @@ impl Statistics {
         };
         let ms = |d: Duration| d.as_secs_f64() * 1e3;
         let stats = picture.stats;
-        let settings = picture.wish.settings;
+        let settings = picture.order.wish.settings;
         let (width, height) = (picture.frame.width, picture.frame.height);
         let seconds = stats.total.as_secs_f64();
         let mrays_s = (width * height) as f64 / 1e6 / seconds.max(1e-9);

@@ -82,7 +82,7 @@ fn the_newest_order_is_painted_last_and_none_is_invented() {
     loop {
         painted += 1;
         let picture = next_picture(&notices);
-        assert_eq!(picture.frame.width, picture.wish.view.width);
+        assert_eq!(picture.frame.width, picture.order.wish.view.width);
         if picture.frame.width == 50 {
             break;
         }
@@ -196,7 +196,7 @@ fn the_time_of_asking_is_that_of_the_first_of_the_orders_that_one_picture_answer
     }
     // Only now it can begin.
     painter.set_world(world());
-    assert_eq!(next_picture(&notices).asked, Some(first));
+    assert_eq!(next_picture(&notices).order.asked, Some(first));
 }
 
 #[test]

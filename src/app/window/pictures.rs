@@ -39,7 +39,7 @@ impl Viewer {
             Vec::new()
         };
         let (overlay, drawn, slow) = (&mut self.overlay, &self.drawn, &self.slow);
-        let wish = picture.map(|p| &p.wish);
+        let wish = picture.map(|p| &p.order.wish);
         let labels = wish
             .filter(|_| self.state.may_overlay())
             .and_then(|wish| slow.labels(wish, self.side_times));
@@ -107,7 +107,7 @@ impl Viewer {
     /// The user wants a file of the picture; that of a slow engine may take its time.
     pub(super) fn ask_for_picture(&mut self) {
         self.save_picture();
-        let wish = self.picture.as_ref().map(|p| p.wish);
+        let wish = self.picture.as_ref().map(|p| p.order.wish);
         if wish.is_some_and(|wish| !self.slow.are_whole(&wish)) {
             self.tell("the picture is saved when it is whole");
         }
@@ -116,7 +116,7 @@ impl Viewer {
     /// Saves a copy of the picture, on a thread of its own; one that is coarse when a fine one is there.
     pub(super) fn save_picture(&mut self) {
         self.saving.retain(|thread| !thread.is_finished());
-        let is_ready = |p: &Picture| p.pixel_size == 1 && self.slow.are_whole(&p.wish);
+        let is_ready = |p: &Picture| p.order.pixel_size == 1 && self.slow.are_whole(&p.order.wish);
         self.to_be_saved = self.picture.as_deref().is_some_and(|p| !is_ready(p));
         if self.to_be_saved {
             return;
@@ -124,7 +124,7 @@ impl Viewer {
         let Some(picture) = &self.picture else {
             return self.tell("no picture to save yet");
         };
-        let frame = self.slow.whole(&picture.wish, &picture.frame);
+        let frame = self.slow.whole(&picture.order.wish, &picture.frame);
         let proxy = self.proxy.clone();
         self.saving.push(std::thread::spawn(move || {
             let saved = screenshot::save(&frame, Path::new("."));
@@ -172,7 +172,7 @@ impl Viewer {
 
 /// How fine the picture is, for the figures.
 fn fineness(picture: &Picture) -> Line {
-    let (size, samples) = (picture.pixel_size, picture.samples.count());
+    let (size, samples) = (picture.order.pixel_size, picture.samples.count());
     let text = match (size, samples) {
         (1, 1) => "1 sample a pixel".to_string(),
         (1, _) => format!("{samples} samples a pixel"),

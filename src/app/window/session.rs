@@ -63,7 +63,7 @@ impl Viewer {
 
     /// True when the window shows what the state wants and nothing is under way.
     pub(super) fn is_settled(&self) -> bool {
-        let is_shown = |p: &Picture| p.wish == self.state.wish() && self.pace.is_finest(p);
+        let is_shown = |p: &Picture| p.order.wish == self.state.wish() && self.pace.is_finest(p);
         matches!(self.stage, Stage::Running(_))
             && !self.is_new
             && !self.slow.is_new

@@ -236,7 +236,8 @@ impl Pace {
     /// The picture was shown.
     pub fn shown(&mut self, picture: &Picture, at: Instant) {
         if let Some(asked) = picture.order.asked {
-            self.latencies.count(at.saturating_duration_since(asked));
+            let latency = at.saturating_duration_since(asked);
+            self.latencies.count(latency, picture.order.pixel_size);
         }
     }
 }

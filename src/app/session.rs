@@ -158,6 +158,7 @@ impl Session {
             "cost_scale": wish.settings.cost_scale,
             "sides": wish.split.map(|_| [side(&left), side(&right)]),
             "input_ms": { "p50": ms(50), "p99": ms(99) },
+            "largest_pixel": pace.latencies.largest_pixel(),
             "frame": frame,
             "last_frame": last,
             "camera": camera,

@@ -289,6 +289,31 @@ fn hard_cases() -> Vec<Case> {
     cases
 }
 
+/// Seen along the axis of the one tile, all of a plane is at one distance: whatever the order of the leaves, the lower
+/// number wins.
+#[test]
+fn leaves_that_tie_with_what_stands_are_not_hidden() {
+    let camera = Camera {
+        eye: glam::DVec3::ZERO,
+        top_left: glam::DVec3::new(-4.0, 4.0, -4.0),
+        top_right: glam::DVec3::new(4.0, 4.0, -4.0),
+        bottom_left: glam::DVec3::new(-4.0, -4.0, -4.0),
+    };
+    let mut random = Random::new(11);
+    let mut layers = vec![[
+        Vec3::new(-9.0, 9.0, -4.0),
+        Vec3::new(9.0, 9.0, -4.0),
+        Vec3::new(0.0, -30.0, -4.0),
+    ]];
+    for _ in 0..2000 {
+        let corner = Vec3::new(random.range(-4.0, 4.0), random.range(-4.0, 4.0), -4.0);
+        layers.push([corner, corner + Vec3::X * 0.4, corner + Vec3::Y * 0.4]);
+    }
+    // The one that covers all has the highest number.
+    layers.rotate_left(1);
+    compare(&renderers(), "one plane", &scene(layers), &camera, (64, 64));
+}
+
 #[test]
 fn hard_scenes() {
     report_kernels();

@@ -220,21 +220,26 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
     let old = load(simd, &tile.z, at);
     let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
     let z = z.max(k.low).min(k.high);
-    let (wins, rare);
+    let (wins, rare, sure);
     if FULL {
         wins = z.simd_gt(old);
         rare = z.simd_eq(old);
+        sure = wins | rare;
     } else {
         let inside = min3::<S>(k.edges_at(x, y));
         let maybe = inside.simd_ge(0.0) & z.simd_ge(old);
-        wins = inside.simd_ge(k.sure) & z.simd_gt(old);
+        sure = inside.simd_ge(k.sure);
+        wins = sure & z.simd_gt(old);
         rare = maybe ^ wins;
     }
     if rare.any_true() {
         let mut zs = [0.0f32; 16];
         store::<S>(z, &mut zs, 0);
-        let candidates = (rare | wins).to_bitmask() as u32;
-        return cover_exactly(simd, tile, &zs, candidates, FULL, at, block, who);
+        let candidates = Candidates {
+            lanes: (rare | wins).to_bitmask() as u32,
+            sure: sure.to_bitmask() as u32,
+        };
+        return cover_exactly(simd, tile, &zs, candidates, at, block, who);
     }
     // Blend and store without asking whether anything won: the answer is hard to predict.
     store::<S>(wins.select(z, old), &mut tile.z, at);
@@ -244,34 +249,50 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
     wins.any_true()
 }
 
+/// Lanes that may win their pixel.
+#[derive(Clone, Copy)]
+struct Candidates {
+    lanes: u32,
+    /// Those of them (and perhaps others) that the triangle covers without a doubt.
+    sure: u32,
+}
+
 /// What [`cover_unit`] does, for a few lanes, without any doubt left. `at` is the memory place of lane 0.
 #[cold]
 #[inline(never)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "what the hot loop has at hand, passed on as it is"
-)]
 fn cover_exactly<S: Lanes>(
     simd: S,
     tile: &mut Tile,
     z: &[f32; 16],
-    candidates: u32,
-    full: bool,
+    candidates: Candidates,
     at: usize,
     block: usize,
     who: Candidate<'_>,
 ) -> bool {
     let job = who.job;
-    let corners = corners_of(simd, job.leaf, job.first + who.lane, who.vertices);
+    let id = job.id(who.lane);
     let mut won = false;
-    for (lane, &z) in z.iter().enumerate().take(lanes::<S>()) {
-        let pixel = (at + lane) & 15;
-        let ray = PixelRay {
-            x: TABLES.x[block % BLOCKS][pixel],
-            y: TABLES.y[block / BLOCKS][pixel],
+    let mut left = candidates.lanes;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize & 15;
+        left &= left - 1;
+        // Where many triangles lie in one plane nearly all end here.
+        if !tile.would_keep(at + lane, z[lane], id, job.file_ids) {
+            continue;
+        }
+        let covered = candidates.sure >> lane & 1 != 0 || {
+            let pixel = (at + lane) & 15;
+            let ray = PixelRay {
+                x: TABLES.x[block % BLOCKS][pixel],
+                y: TABLES.y[block / BLOCKS][pixel],
+            };
+            let place = job.first + who.lane;
+            exact::hits(&corners_of(simd, job.leaf, place, who.vertices), ray)
         };
-        if candidates >> lane & 1 != 0 && (full || exact::hits(&corners, ray)) {
-            won |= tile.keep_nearer(at + lane, z, job.id(who.lane), job.file_ids);
+        if covered {
+            tile.z[at + lane] = z[lane];
+            tile.id[at + lane] = id;
+            won = true;
         }
     }
     won

@@ -61,11 +61,18 @@ impl Tile {
         (self.touched >> (by / 2 * 8) & 255) as u32
     }
 
+    /// True for a hit nearer than what the pixel holds, or as near and lower in the file.
+    #[inline(always)]
+    #[must_use]
+    pub fn would_keep(&self, at: usize, z: f32, id: u32, file_ids: &[u32]) -> bool {
+        let old = self.z[at];
+        z > old || (z == old && file_ids[id as usize] < file_ids[self.id[at] as usize])
+    }
+
     /// Keeps the hit if it is nearer than what the pixel holds, or as near and lower in the file.
     #[inline(always)]
     pub fn keep_nearer(&mut self, at: usize, z: f32, id: u32, file_ids: &[u32]) -> bool {
-        let old = self.z[at];
-        let wins = z > old || (z == old && file_ids[id as usize] < file_ids[self.id[at] as usize]);
+        let wins = self.would_keep(at, z, id, file_ids);
         if wins {
             self.z[at] = z;
             self.id[at] = id;

@@ -185,6 +185,10 @@ pub trait Lanes: Simd {
     /// When an index is outside the table, or `index` shorter than the lanes.
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4];
 
+    /// Four neighbours for each lane as four vectors: `table[start[lane] + k]` in lane `lane` of vector k.
+    /// Starts are taken modulo 256.
+    fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4];
+
     /// Puts the four numbers of as many vertices as there are lanes, from vertex `first` on (a multiple).
     fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]);
 
@@ -231,6 +235,17 @@ macro_rules! four_lanes {
                     ($lane:expr) => {
                         f32x4::load_array(self, table[index[$lane] as usize])
                     };
+                }
+                transpose4([row!(0), row!(1), row!(2), row!(3)])
+            }
+
+            #[inline(always)]
+            fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+                macro_rules! row {
+                    ($lane:expr) => {{
+                        let at = start[$lane] as usize & 255;
+                        f32x4::from_slice(self, &table[at..at + 4])
+                    }};
                 }
                 transpose4([row!(0), row!(1), row!(2), row!(3)])
             }
@@ -348,6 +363,29 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+            macro_rules! row {
+                ($lane:expr) => {{
+                    let at = start[$lane] as usize & 255;
+                    f32x4::from_slice(self, &table[at..at + 4])
+                }};
+            }
+            transpose8(
+                self,
+                [
+                    row!(0),
+                    row!(1),
+                    row!(2),
+                    row!(3),
+                    row!(4),
+                    row!(5),
+                    row!(6),
+                    row!(7),
+                ],
+            )
+        }
+
+        #[inline(always)]
         fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
             let [a, b, c, d] = rows8(self, numbers);
             let at = first >> 2 & 14;
@@ -445,6 +483,37 @@ mod x86 {
                 ($lane:expr) => {
                     f32x4::load_array(self, table[index[$lane] as usize])
                 };
+            }
+            transpose16(
+                self,
+                [
+                    row!(0),
+                    row!(1),
+                    row!(2),
+                    row!(3),
+                    row!(4),
+                    row!(5),
+                    row!(6),
+                    row!(7),
+                    row!(8),
+                    row!(9),
+                    row!(10),
+                    row!(11),
+                    row!(12),
+                    row!(13),
+                    row!(14),
+                    row!(15),
+                ],
+            )
+        }
+
+        #[inline(always)]
+        fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+            macro_rules! row {
+                ($lane:expr) => {{
+                    let at = start[$lane] as usize & 255;
+                    f32x4::from_slice(self, &table[at..at + 4])
+                }};
             }
             transpose16(
                 self,

@@ -5,7 +5,7 @@
 //! an edge) the exact test is asked. Equal distances are as rare: both go to one cold function.
 
 use super::exact::{self, PixelRay};
-use super::space::{ROUNDOFF, TILE, Uvw};
+use super::space::{HALF, ROUNDOFF, TILE, Uvw};
 use super::tile::{BLOCKS, TABLES, Tile};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, Select, SimdBase, SimdMask, VertexScratch, lanes, load, store};
@@ -18,6 +18,8 @@ pub const LOW: usize = 12;
 pub const HIGH: usize = 13;
 /// Row of twice the largest δ of the edges.
 pub const SURE: usize = 14;
+/// Row of the triangles' numbers in leaf order, as bits.
+pub const ID: usize = 15;
 
 /// Coefficients of up to 16 triangles, a lane each.
 #[repr(C, align(64))]
@@ -31,6 +33,8 @@ pub struct Scratch {
     pub(super) setup: Setup,
     /// First and last column, first and last row of each lane's screen box, in units.
     pub(super) boxes: [[i32; 16]; 4],
+    /// First unit of each lane's screen box, see [`cover_unit`].
+    pub(super) first_unit: [u32; 16],
 }
 
 impl Scratch {
@@ -39,6 +43,7 @@ impl Scratch {
         vertices: VertexScratch::NEW,
         setup: Setup([[0.0; 16]; 16]),
         boxes: [[0; 16]; 4],
+        first_unit: [0; 16],
     };
 }
 
@@ -98,7 +103,7 @@ pub struct Broadcast<S: Lanes> {
 impl<S: Lanes> Broadcast<S> {
     /// Lane `lane` of `setup`.
     #[inline(always)]
-    pub fn new(simd: S, setup: &Setup, lane: usize, id: u32) -> Broadcast<S> {
+    pub fn new(simd: S, setup: &Setup, lane: usize) -> Broadcast<S> {
         let lane = lane & 15;
         macro_rules! row {
             ($i:expr) => {
@@ -115,7 +120,7 @@ impl<S: Lanes> Broadcast<S> {
             low: row!(LOW),
             high: row!(HIGH),
             sure: row!(SURE),
-            id: S::u32s::splat(simd, id),
+            id: S::u32s::splat(simd, setup.0[ID][lane].to_bits()),
         }
     }
 
@@ -184,10 +189,11 @@ pub fn cover<S: Lanes, const FULL: bool>(
     who: Candidate<'_>,
 ) -> bool {
     let mut won = false;
-    let mut first = 0;
-    while first < 16 {
-        won |= cover_unit::<S, FULL>(simd, tile, k, block, first, who);
-        first += lanes::<S>();
+    let mut row = 0;
+    while row < 4 {
+        let unit = (block / BLOCKS * 4 + row) * BLOCKS + block % BLOCKS;
+        won |= cover_unit::<S, FULL>(simd, tile, k, unit, who);
+        row += rows_of_unit::<S>();
     }
     if FULL {
         // Large triangles are tested against this before they come here.
@@ -203,20 +209,19 @@ pub fn cover<S: Lanes, const FULL: bool>(
     won
 }
 
-/// The part of [`cover`] for the pixels `first..` of the block, as many as there are lanes.
+/// The part of [`cover`] for one unit: that with its first pixel in column `4 * (unit % 16)` and row `unit / 16`.
 #[inline(always)]
 pub fn cover_unit<S: Lanes, const FULL: bool>(
     simd: S,
     tile: &mut Tile,
     k: &Broadcast<S>,
-    block: usize,
-    first: usize,
+    unit: usize,
     who: Candidate<'_>,
 ) -> bool {
-    let block = block & (BLOCKS * BLOCKS - 1);
-    let at = (usize::from(TABLES.offset[block]) & 0xff0) + first;
-    let (xs, ys) = (&TABLES.x[block % BLOCKS], &TABLES.y[block / BLOCKS]);
-    let (x, y) = (load(simd, xs, first), load(simd, ys, first));
+    let at = TABLES.unit(unit, lanes::<S>());
+    let x = load(simd, &TABLES.x[unit % BLOCKS], 0);
+    let row = unit / BLOCKS & (TILE - rows_of_unit::<S>());
+    let y = load(simd, TABLES.y.as_flattened(), 4 * row);
     let old = load(simd, &tile.z, at);
     let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
     let z = z.max(k.low).min(k.high);
@@ -235,11 +240,15 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
     if rare.any_true() {
         let mut zs = [0.0f32; 16];
         store::<S>(z, &mut zs, 0);
-        let candidates = Candidates {
-            lanes: (rare | wins).to_bitmask() as u32,
-            sure: sure.to_bitmask() as u32,
-        };
-        return cover_exactly(simd, tile, &zs, candidates, at, block, who);
+        let candidates = (rare | wins).to_bitmask() as u32;
+        let sure = sure.to_bitmask() as u32;
+        // In parts: as one they would be put together in memory even when they are not needed.
+        let Candidate {
+            job,
+            vertices,
+            lane,
+        } = who;
+        return cover_exactly(simd, tile, &zs, candidates, sure, unit, job, vertices, lane);
     }
     // Blend and store without asking whether anything won: the answer is hard to predict.
     store::<S>(wins.select(z, old), &mut tile.z, at);
@@ -249,30 +258,29 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
     wins.any_true()
 }
 
-/// Lanes that may win their pixel.
-#[derive(Clone, Copy)]
-struct Candidates {
-    lanes: u32,
-    /// Those of them (and perhaps others) that the triangle covers without a doubt.
-    sure: u32,
-}
-
-/// What [`cover_unit`] does, for a few lanes, without any doubt left. `at` is the memory place of lane 0.
+/// What [`cover_unit`] does for the lanes `candidates`, without any doubt left. `sure`: lanes whose pixel the triangle
+/// covers, known beforehand; `triangle`: its lane.
 #[cold]
 #[inline(never)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what the hot loop has in registers, as it is"
+)]
 fn cover_exactly<S: Lanes>(
     simd: S,
     tile: &mut Tile,
     z: &[f32; 16],
-    candidates: Candidates,
-    at: usize,
-    block: usize,
-    who: Candidate<'_>,
+    candidates: u32,
+    sure: u32,
+    unit: usize,
+    job: &Job<'_>,
+    vertices: &VertexScratch,
+    triangle: usize,
 ) -> bool {
-    let job = who.job;
-    let id = job.id(who.lane);
+    let at = TABLES.unit(unit, lanes::<S>());
+    let id = job.id(triangle);
     let mut won = false;
-    let mut left = candidates.lanes;
+    let mut left = candidates;
     while left != 0 {
         let lane = left.trailing_zeros() as usize & 15;
         left &= left - 1;
@@ -280,14 +288,13 @@ fn cover_exactly<S: Lanes>(
         if !tile.would_keep(at + lane, z[lane], id, job.file_ids) {
             continue;
         }
-        let covered = candidates.sure >> lane & 1 != 0 || {
-            let pixel = (at + lane) & 15;
+        let covered = sure >> lane & 1 != 0 || {
             let ray = PixelRay {
-                x: TABLES.x[block % BLOCKS][pixel],
-                y: TABLES.y[block / BLOCKS][pixel],
+                x: (unit % BLOCKS * 4 + lane % 4) as f32 - HALF,
+                y: (unit / BLOCKS + lane / 4) as f32 - HALF,
             };
-            let place = job.first + who.lane;
-            exact::hits(&corners_of(simd, job.leaf, place, who.vertices), ray)
+            let corners = corners_of(simd, job.leaf, job.first + triangle, vertices);
+            exact::hits(&corners, ray)
         };
         if covered {
             tile.z[at + lane] = z[lane];

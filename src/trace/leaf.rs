@@ -4,7 +4,7 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 4x4 pixels (lanes
 //! stay triangles), at most 16x16 pixels (pairs of unit and triangle), larger (lanes become blocks).
 
-use super::coverage::{DEPTH, HIGH, Job, LOW, SURE, Scratch, min3, rows_of_unit};
+use super::coverage::{DEPTH, HIGH, ID, Job, LOW, SURE, Scratch, min3, rows_of_unit};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
 use super::probe::{Probe, StageTicks, Stopwatch};
@@ -22,6 +22,8 @@ const BOX_MARGIN_PX: f32 = 1.0 / 256.0;
 
 /// The kernels' error bounds hold for corners with |u| + |v| + 32|w| up to this (w is about 1 at most).
 pub const TAME: f64 = 1e10;
+
+const COUNT: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// What the leaves of one tile share.
 #[derive(Clone, Copy, Debug)]
@@ -377,6 +379,8 @@ fn group<S: Lanes, P: Probe>(
     store::<S>(z_low, &mut scratch.setup.0[LOW], 0);
     store::<S>(z_high, &mut scratch.setup.0[HIGH], 0);
     store::<S>(sure, &mut scratch.setup.0[SURE], 0);
+    let ids = S::u32s::from_slice(simd, &COUNT[..lanes::<S>()]) + S::u32s::splat(simd, job.id(0));
+    store::<S>(ids.bitcast(), &mut scratch.setup.0[ID], 0);
 
     // Very long edges: their error would put whole rows of pixels in doubt.
     let coarse = error.simd_gt(min3::<S>(reach) * splat!(1.0 / 512.0));
@@ -411,6 +415,10 @@ fn group<S: Lanes, P: Probe>(
         to_int(unit_low[i], &mut scratch.boxes[2 * i]);
         to_int(unit_high[i], &mut scratch.boxes[2 * i + 1]);
     }
+    // Column of blocks, row of pixels: whole numbers far below 2^24.
+    let first_unit = unit_low[0] + unit_low[1] * splat!((rows_of_unit::<S>() * BLOCKS) as f32);
+    let first_unit: S::u32s = first_unit.to_int();
+    first_unit.store_slice(&mut scratch.first_unit[..lanes::<S>()]);
     let wide = [unit_high[0] - unit_low[0], unit_high[1] - unit_low[1]];
     let small = wide[0].simd_lt(splat!(raster::SMALL_COLUMNS as f32))
         & wide[1].simd_lt(splat!(raster::small_rows::<S>() as f32));

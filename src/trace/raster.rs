@@ -1,11 +1,12 @@
 //! From edge functions to pixels, three ways by a triangle's size on screen.
 
 use super::coverage::{
-    Broadcast, Candidate, Job, SURE, Scratch, Setup, cover, cover_unit, min3, rows_of_unit,
+    Broadcast, Candidate, DEPTH, HIGH, Job, LOW, SURE, Scratch, cover, cover_unit, min3,
+    rows_of_unit,
 };
 use super::doubt;
-use super::space::HALF;
-use super::tile::{BLOCKS, TABLES, Tile};
+use super::space::{HALF, ROUNDOFF, TILE};
+use super::tile::{BLOCKS, FLOORS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
 use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
 
@@ -152,41 +153,39 @@ pub fn small_triangles<S: Lanes>(
     scratch: &Scratch,
     tile: &mut Tile,
 ) -> u64 {
-    let units_a_block = 16 / lanes::<S>();
     let mut dirty = 0u64;
-    let pairs = pairs_that_meet(simd, &scratch.setup, small, low, wide);
+    let pairs = pairs_that_meet(simd, scratch, small, low, wide, &tile.floor);
     for (word, pairs) in pairs.into_iter().enumerate() {
         let mut left = pairs;
         while left != 0 {
             let pair = left.trailing_zeros() as usize;
             left &= left - 1;
             let lane = pair % lanes::<S>();
-            let unit = (word * 64 + pair) / lanes::<S>();
-            let x = scratch.boxes[0][lane] as usize + unit % SMALL_COLUMNS;
-            let y = scratch.boxes[2][lane] as usize + unit / SMALL_COLUMNS;
-            let block = (y / units_a_block * BLOCKS + x) & (BLOCKS * BLOCKS - 1);
-            let first = y % units_a_block * lanes::<S>();
+            let nth = (word * 64 + pair) / lanes::<S>();
+            let down = nth / SMALL_COLUMNS * rows_of_unit::<S>();
+            let unit = scratch.first_unit[lane] as usize + down * BLOCKS + nth % SMALL_COLUMNS;
             let who = Candidate {
                 job,
                 vertices: &scratch.vertices,
                 lane,
             };
-            let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
-            let won = cover_unit::<S, false>(simd, tile, &k, block, first, who);
-            dirty |= u64::from(won) << (TABLES.offset[block] >> 6);
+            let k = Broadcast::new(simd, &scratch.setup, lane);
+            let won = cover_unit::<S, false>(simd, tile, &k, unit, who);
+            dirty |= u64::from(won) << (TABLES.unit(unit, lanes::<S>()) >> 6);
         }
     }
     dirty
 }
 
-/// The pairs of a unit inside a lane's box and its triangle that may meet.
+/// The pairs of a unit inside a lane's box and its triangle that may meet where the triangle is not hidden.
 #[inline(always)]
 fn pairs_that_meet<S: Lanes>(
     simd: S,
-    setup: &Setup,
+    scratch: &Scratch,
     small: u32,
     low: [S::f32s; 2],
     wide: [S::f32s; 2],
+    floor: &[f32; FLOORS],
 ) -> Pairs {
     macro_rules! splat {
         ($x:expr) => {
@@ -202,7 +201,7 @@ fn pairs_that_meet<S: Lanes>(
     for i in 0..3 {
         macro_rules! row {
             ($j:expr) => {
-                load(simd, &setup.0[3 * i + $j], 0)
+                load(simd, &scratch.setup.0[3 * i + $j], 0)
             };
         }
         let (u, v, w) = (row!(0), row!(1), row!(2));
@@ -213,7 +212,24 @@ fn pairs_that_meet<S: Lanes>(
         down[i] = v * splat!(rows);
     }
     // The sums below are rounded more often than those of a pixel: allow for as much error again.
-    let lowest = splat!(0.0) - load(simd, &setup.0[SURE], 0);
+    let lowest = splat!(0.0) - load(simd, &scratch.setup.0[SURE], 0);
+    // The depth likewise, at most.
+    macro_rules! depth {
+        ($j:expr) => {
+            load(simd, &scratch.setup.0[DEPTH + $j], 0)
+        };
+    }
+    let (u, v, w) = (depth!(0), depth!(1), depth!(2));
+    let terms = (u.abs() + v.abs()) * splat!(TILE as f32) + w.abs();
+    let reach = u.abs() * splat!(1.51)
+        + (v.abs() * splat!((rows - 1.0) / 2.0 + 0.01) + terms * splat!(32.0 * ROUNDOFF));
+    let z_start = (u * x + (v * y + w)) + reach;
+    let (z_right, z_down) = (u * splat!(4.0), v * splat!(rows));
+    let (z_low, z_high) = (
+        load(simd, &scratch.setup.0[LOW], 0),
+        load(simd, &scratch.setup.0[HIGH], 0),
+    );
+    let first_unit = S::u32s::from_slice(simd, &scratch.first_unit[..lanes::<S>()]);
     let mut in_columns = [small; SMALL_COLUMNS];
     for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
         *lanes &= bits::<S>(wide[0].simd_ge(splat!(column as f32)));
@@ -230,11 +246,20 @@ fn pairs_that_meet<S: Lanes>(
             start[1] + down[1] * below,
             start[2] + down[2] * below,
         ];
+        let mut z = z_start + z_down * below;
+        // The blocks that hold this row's units.
+        let unit = first_unit + S::u32s::splat(simd, (row * rows_of_unit::<S>() * BLOCKS) as u32);
+        let column = S::u32s::splat(simd, BLOCKS as u32 - 1);
+        let block =
+            ((unit >> 2) & S::u32s::splat(simd, (BLOCKS * (BLOCKS - 1)) as u32)) | (unit & column);
+        let floors = simd.runs4(floor, block);
         for (column, in_column) in in_columns.iter().enumerate() {
             if *in_column == 0 {
                 break;
             }
-            let met = bits::<S>(min3::<S>(at).simd_ge(lowest)) & in_row & in_column;
+            let seen = z.max(z_low).min(z_high).simd_ge(floors[column]);
+            let met = bits::<S>(min3::<S>(at).simd_ge(lowest) & seen) & in_row & in_column;
+            z += z_right;
             let bit = (row * SMALL_COLUMNS + column) * lanes::<S>();
             pairs[bit / 64] |= u64::from(met) << (bit % 64);
             at = add::<S>(at, right);
@@ -257,7 +282,7 @@ pub fn large_triangle<S: Lanes>(
         vertices: &scratch.vertices,
         lane,
     };
-    let k = Broadcast::new(simd, &scratch.setup, lane, job.id(lane));
+    let k = Broadcast::new(simd, &scratch.setup, lane);
     let units_a_block = 16 / lanes::<S>();
     let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
     let (x0, x1) = (x0 & (BLOCKS - 1), x1 & (BLOCKS - 1));

@@ -2,12 +2,16 @@
 
 use super::space::{HALF, TILE};
 use crate::frame::MISS;
+use crate::simd::{Lanes, SimdBase, f32x4, transpose4};
 
 /// Blocks of 4x4 pixels in a row of a tile.
 pub const BLOCKS: usize = TILE / 4;
 
 /// Pixels of a tile.
 pub const PIXELS: usize = TILE * TILE;
+
+/// One for each block, and some more so that four in a row can be read from any.
+pub const FLOORS: usize = BLOCKS * BLOCKS + 4;
 
 /// The nearest hit so far of every pixel of a tile.
 ///
@@ -23,7 +27,7 @@ pub struct Tile {
     /// Triangle and node tests of each 4x4 block, row by row; kept only for the view `cost`.
     pub cost: [u32; BLOCKS * BLOCKS],
     /// At most the smallest `z` of each 4x4 block, row by row: what stays below it is hidden.
-    pub floor: [f32; BLOCKS * BLOCKS],
+    pub floor: [f32; FLOORS],
     /// The 8x8 blocks that may hold a hit, as bits, row by row: all others are as cleared.
     pub touched: u64,
 }
@@ -36,7 +40,7 @@ impl Tile {
             z: [0.0; PIXELS],
             id: [MISS; PIXELS],
             cost: [0; BLOCKS * BLOCKS],
-            floor: [0.0; BLOCKS * BLOCKS],
+            floor: [0.0; FLOORS],
             touched: 0,
         })
     }
@@ -52,6 +56,30 @@ impl Tile {
             self.z[at..at + 64].fill(0.0);
             self.id[at..at + 64].fill(MISS);
         }
+    }
+
+    /// Brings [`Tile::floor`] up to date for an 8x8 block; the smallest `z` in it.
+    #[inline(always)]
+    pub fn renew_floor<S: Lanes>(&mut self, simd: S, block: usize) -> f32 {
+        let z = &self.z[block * 64..block * 64 + 64];
+        macro_rules! row {
+            ($i:expr) => {
+                f32x4::from_slice(simd, &z[4 * $i..4 * $i + 4])
+            };
+        }
+        macro_rules! lowest {
+            ($i:expr) => {
+                (row!($i).min(row!($i + 1))).min(row!($i + 2).min(row!($i + 3)))
+            };
+        }
+        let [a, b, c, d] = transpose4([lowest!(0), lowest!(4), lowest!(8), lowest!(12)]);
+        let floors = a.min(b).min(c.min(d));
+        let at = (block / 8 * 2 * BLOCKS + block % 8 * 2) & (BLOCKS * BLOCKS - 1);
+        self.floor[at] = floors[0];
+        self.floor[at + 1] = floors[1];
+        self.floor[(at + BLOCKS) & (BLOCKS * BLOCKS - 1)] = floors[2];
+        self.floor[(at + BLOCKS + 1) & (BLOCKS * BLOCKS - 1)] = floors[3];
+        floors.reduce_min()
     }
 
     /// The 8x8 blocks of the row of 4x4 blocks `by` that may hold a hit, leftmost lowest.
@@ -103,6 +131,8 @@ pub struct Tables {
     pub x: [[f32; 16]; BLOCKS],
     /// y′, by its row of blocks.
     pub y: [[f32; 16]; BLOCKS],
+    /// [`pixel_offset`] of every fourth pixel, row by row: where a unit starts that has its first pixel there.
+    unit: [u16; TILE * BLOCKS],
     /// x′ of the centre of each block, row by row.
     pub centre_x: [f32; BLOCKS * BLOCKS],
     /// y′ of it.
@@ -132,10 +162,19 @@ impl Tables {
         usize::from(self.column[x & (TILE - 1)] | self.row[y & (TILE - 1)]) & (PIXELS - 1)
     }
 
+    /// Where the unit `lanes` wide starts that has its first pixel in column `4 * (unit % 16)` and row `unit / 16`
+    /// of the tile.
+    #[inline(always)]
+    #[must_use]
+    pub fn unit(&self, unit: usize, lanes: usize) -> usize {
+        usize::from(self.unit[unit & (TILE * BLOCKS - 1)]) & (PIXELS - lanes)
+    }
+
     const fn new() -> Tables {
         let mut t = Tables {
             x: [[0.0; 16]; BLOCKS],
             y: [[0.0; 16]; BLOCKS],
+            unit: [0; TILE * BLOCKS],
             centre_x: [0.0; BLOCKS * BLOCKS],
             centre_y: [0.0; BLOCKS * BLOCKS],
             offset: [0; BLOCKS * BLOCKS],
@@ -157,6 +196,11 @@ impl Tables {
                 lane += 1;
             }
             b += 1;
+        }
+        let mut i = 0;
+        while i < TILE * BLOCKS {
+            t.unit[i] = pixel_offset(i % BLOCKS * 4, i / BLOCKS) as u16;
+            i += 1;
         }
         let mut i = 0;
         while i < BLOCKS * BLOCKS {

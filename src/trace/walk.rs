@@ -55,7 +55,7 @@ impl Horizon {
 
     /// True when something at distance `near` in one of `blocks` could be seen.
     #[inline(always)]
-    fn sees<S: Lanes>(&mut self, simd: S, near: f32, blocks: u64, z: &[f32]) -> bool {
+    fn sees<S: Lanes>(&mut self, simd: S, near: f32, blocks: u64, tile: &mut Tile) -> bool {
         let nears = S::f32s::splat(simd, near);
         let mut visible = 0u64;
         let mut i = 0;
@@ -71,7 +71,7 @@ impl Horizon {
         while visible != 0 {
             let block = visible.trailing_zeros() as usize;
             visible &= visible - 1;
-            self.renew(simd, block, z);
+            self.renew(simd, block, tile);
             if self.far[block & 63] >= near {
                 return true;
             }
@@ -80,17 +80,11 @@ impl Horizon {
     }
 
     #[inline(always)]
-    fn renew<S: Lanes>(&mut self, simd: S, block: usize, z: &[f32]) {
+    fn renew<S: Lanes>(&mut self, simd: S, block: usize, tile: &mut Tile) {
         self.dirty &= !(1 << block);
-        let z = &z[block * 64..block * 64 + 64];
-        let mut lowest = load(simd, z, 0);
-        let mut i = lanes::<S>();
-        while i < 64 {
-            lowest = lowest.min(load(simd, z, i));
-            i += lanes::<S>();
-        }
+        let lowest = tile.renew_floor(simd, block);
         // A little farther than exact: what could tie must not be hidden.
-        let far = 1.0 / lowest.reduce_min() * 1.00001;
+        let far = 1.0 / lowest * 1.00001;
         self.far[block & 63] = far;
         if far < f32::INFINITY {
             self.open &= !(1 << block);
@@ -234,7 +228,7 @@ impl Tracer {
                 }
                 entry
             };
-            if !horizon.sees(simd, entry.near, entry.blocks, &tile.z) {
+            if !horizon.sees(simd, entry.near, entry.blocks, tile) {
                 continue;
             }
             if P::COUNTS {

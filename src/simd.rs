@@ -187,7 +187,7 @@ pub trait Lanes: Simd {
 
     /// Four neighbours for each lane as four vectors: `table[start[lane] + k]` in lane `lane` of vector k.
     /// Starts are taken modulo 256.
-    fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4];
+    fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4];
 
     /// Puts the four numbers of as many vertices as there are lanes, from vertex `first` on (a multiple).
     fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]);
@@ -240,7 +240,7 @@ macro_rules! four_lanes {
             }
 
             #[inline(always)]
-            fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+            fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4] {
                 macro_rules! row {
                     ($lane:expr) => {{
                         let at = start[$lane] as usize & 255;
@@ -363,7 +363,7 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+        fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4] {
             macro_rules! row {
                 ($lane:expr) => {{
                     let at = start[$lane] as usize & 255;
@@ -508,7 +508,7 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn runs4(self, table: &[f32; 260], start: Self::u32s) -> [Self::f32s; 4] {
+        fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4] {
             macro_rules! row {
                 ($lane:expr) => {{
                     let at = start[$lane] as usize & 255;

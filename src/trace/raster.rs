@@ -294,15 +294,16 @@ pub fn large_triangle<S: Lanes>(
     let reach = k.block_reach(simd);
     let sure = k.sure();
     let (lowest, highest) = (S::f32s::splat(simd, 0.0) - sure, sure + sure);
-    let columns = (u32::MAX >> (31 - x1)) & !((1u32 << x0) - 1);
-    let mut block = y0 * BLOCKS;
-    while block < (y1 + 1) * BLOCKS {
-        let x = load(simd, &TABLES.centre_x, block);
-        let y = load(simd, &TABLES.centre_y, block);
+    // As many blocks at a time as there are lanes, in rows from the box's first column on.
+    let (mut bx, mut by) = (x0, y0);
+    while by <= y1 {
+        let block = by * BLOCKS + bx;
+        let x = load(simd, &TABLES.centre, bx);
+        let y = S::f32s::splat(simd, TABLES.centre[by]);
         let e = k.edges_at(x, y);
         let most = min3::<S>(add::<S>(e, reach));
         let least = min3::<S>(sub::<S>(e, reach));
-        let inside = u32::MAX >> (32 - lanes::<S>()) & columns >> (block % BLOCKS);
+        let inside = u32::MAX >> (31 - (x1 - bx).min(lanes::<S>() - 1));
         let seen = k
             .depth_at(simd, x, y)
             .simd_ge(load(simd, &tile.floor, block));
@@ -322,7 +323,10 @@ pub fn large_triangle<S: Lanes>(
             let won = cover::<S, false>(simd, tile, &k, at, who);
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
         }
-        block += lanes::<S>();
+        bx += lanes::<S>();
+        if bx > x1 {
+            (bx, by) = (x0, by + 1);
+        }
     }
     dirty
 }

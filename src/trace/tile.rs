@@ -10,8 +10,8 @@ pub const BLOCKS: usize = TILE / 4;
 /// Pixels of a tile.
 pub const PIXELS: usize = TILE * TILE;
 
-/// One for each block, and some more so that four in a row can be read from any.
-pub const FLOORS: usize = BLOCKS * BLOCKS + 4;
+/// One for each block, and some more so that 16 can be read from any.
+pub const FLOORS: usize = BLOCKS * BLOCKS + 16;
 
 /// The nearest hit so far of every pixel of a tile.
 ///
@@ -133,10 +133,8 @@ pub struct Tables {
     pub y: [[f32; 16]; BLOCKS],
     /// [`pixel_offset`] of every fourth pixel, row by row: where a unit starts that has its first pixel there.
     unit: [u16; TILE * BLOCKS],
-    /// x′ of the centre of each block, row by row.
-    pub centre_x: [f32; BLOCKS * BLOCKS],
-    /// y′ of it.
-    pub centre_y: [f32; BLOCKS * BLOCKS],
+    /// x′ of the centre of each column of blocks, or y′ of each row; some more, so that 16 can be read from any.
+    pub centre: [f32; BLOCKS + 16],
     /// [`block_offset`] of each block, row by row.
     pub offset: [u16; BLOCKS * BLOCKS],
     /// [`pixel_offset`] is the sum of one for the column and one for the row.
@@ -175,8 +173,7 @@ impl Tables {
             x: [[0.0; 16]; BLOCKS],
             y: [[0.0; 16]; BLOCKS],
             unit: [0; TILE * BLOCKS],
-            centre_x: [0.0; BLOCKS * BLOCKS],
-            centre_y: [0.0; BLOCKS * BLOCKS],
+            centre: [0.0; BLOCKS + 16],
             offset: [0; BLOCKS * BLOCKS],
             column: [0; TILE],
             row: [0; TILE],
@@ -205,9 +202,12 @@ impl Tables {
         let mut i = 0;
         while i < BLOCKS * BLOCKS {
             let (bx, by) = (i % BLOCKS, i / BLOCKS);
-            t.centre_x[i] = (bx * 4) as f32 + 1.5 - HALF;
-            t.centre_y[i] = (by * 4) as f32 + 1.5 - HALF;
             t.offset[i] = block_offset(bx, by) as u16;
+            i += 1;
+        }
+        let mut i = 0;
+        while i < BLOCKS + 16 {
+            t.centre[i] = (i * 4) as f32 + 1.5 - HALF;
             i += 1;
         }
         t

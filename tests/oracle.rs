@@ -314,6 +314,27 @@ fn leaves_that_tie_with_what_stands_are_not_hidden() {
     compare(&renderers(), "one plane", &scene(layers), &camera, (64, 64));
 }
 
+/// Many small steep triangles in front of each other, those in front not always first: most pairs of triangle and
+/// pixels are hidden, by next to nothing.
+#[test]
+fn small_triangles_behind_each_other() {
+    let mut random = Random::new(23);
+    let triangles = (0..6000)
+        .map(|_| {
+            let middle = Vec3::new(random.range(-1.2, 1.2), random.range(-0.8, 0.8), 0.0);
+            [(); 3].map(|()| middle + random.point() * Vec3::new(0.07, 0.07, 0.5))
+        })
+        .collect();
+    let camera = look_at(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, 0.4, 1.3);
+    compare(
+        &renderers(),
+        "crowd",
+        &scene(triangles),
+        &camera,
+        (200, 150),
+    );
+}
+
 #[test]
 fn hard_scenes() {
     report_kernels();

@@ -35,6 +35,10 @@ pub struct Scratch {
     pub(super) boxes: [[i32; 16]; 4],
     /// First unit of each lane's screen box, see [`cover_unit`].
     pub(super) first_unit: [u32; 16],
+    /// Pairs of a unit and a small triangle in this tile that won a pixel.
+    pub(super) won: u32,
+    /// Those that won none.
+    pub(super) lost: u32,
 }
 
 impl Scratch {
@@ -44,6 +48,8 @@ impl Scratch {
         setup: Setup([[0.0; 16]; 16]),
         boxes: [[0; 16]; 4],
         first_unit: [0; 16],
+        won: 0,
+        lost: 0,
     };
 }
 
@@ -56,6 +62,8 @@ pub struct Job<'a> {
     pub first: usize,
     /// The file's number of each triangle in leaf order.
     pub file_ids: &'a [u32],
+    /// More pairs of a small triangle and pixels were hidden in this tile than seen.
+    pub overdrawn: bool,
 }
 
 /// The triangle that a block is tested against, for the cold path.

@@ -36,6 +36,8 @@ pub struct LeafContext<'a> {
     pub tile_far: f32,
     /// Rounding error that the edge functions allow for, see [`Guard`].
     pub guard: Guard,
+    /// More pairs of a small triangle and pixels were hidden in this tile than seen.
+    pub overdrawn: bool,
 }
 
 /// How much rounding error an edge function allows for before it asks the exact test: `relative` times the size of
@@ -340,6 +342,7 @@ fn group<S: Lanes, P: Probe>(
         leaf,
         first,
         file_ids: context.file_ids,
+        overdrawn: context.overdrawn,
     };
     stages.setup += watch.lap::<P>();
     let extent = [high[0] - low[0], high[1] - low[1]];

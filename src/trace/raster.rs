@@ -1,7 +1,7 @@
 //! From edge functions to pixels, three ways by a triangle's size on screen.
 
 use super::coverage::{
-    Broadcast, Candidate, DEPTH, HIGH, Job, LOW, SURE, Scratch, cover, cover_unit, min3,
+    Broadcast, Candidate, DEPTH, HIGH, Job, LOW, SURE, Scratch, Setup, cover, cover_unit, min3,
     rows_of_unit,
 };
 use super::doubt;
@@ -150,11 +150,15 @@ pub fn small_triangles<S: Lanes>(
     small: u32,
     low: [S::f32s; 2],
     wide: [S::f32s; 2],
-    scratch: &Scratch,
+    scratch: &mut Scratch,
     tile: &mut Tile,
 ) -> u64 {
     let mut dirty = 0u64;
-    let pairs = pairs_that_meet(simd, scratch, small, low, wide, &tile.floor);
+    let mut winners = 0;
+    let mut pairs = pairs_that_meet(simd, &scratch.setup, small, low, wide);
+    if job.overdrawn {
+        drop_hidden(simd, scratch, low, &tile.floor, &mut pairs);
+    }
     for (word, pairs) in pairs.into_iter().enumerate() {
         let mut left = pairs;
         while left != 0 {
@@ -172,20 +176,23 @@ pub fn small_triangles<S: Lanes>(
             let k = Broadcast::new(simd, &scratch.setup, lane);
             let won = cover_unit::<S, false>(simd, tile, &k, unit, who);
             dirty |= u64::from(won) << (TABLES.unit(unit, lanes::<S>()) >> 6);
+            winners += u32::from(won);
         }
     }
+    let all: u32 = pairs.iter().map(|pairs| pairs.count_ones()).sum();
+    scratch.won += winners;
+    scratch.lost += all - winners;
     dirty
 }
 
-/// The pairs of a unit inside a lane's box and its triangle that may meet where the triangle is not hidden.
+/// The pairs of a unit inside a lane's box and its triangle that may meet.
 #[inline(always)]
 fn pairs_that_meet<S: Lanes>(
     simd: S,
-    scratch: &Scratch,
+    setup: &Setup,
     small: u32,
     low: [S::f32s; 2],
     wide: [S::f32s; 2],
-    floor: &[f32; FLOORS],
 ) -> Pairs {
     macro_rules! splat {
         ($x:expr) => {
@@ -201,7 +208,7 @@ fn pairs_that_meet<S: Lanes>(
     for i in 0..3 {
         macro_rules! row {
             ($j:expr) => {
-                load(simd, &scratch.setup.0[3 * i + $j], 0)
+                load(simd, &setup.0[3 * i + $j], 0)
             };
         }
         let (u, v, w) = (row!(0), row!(1), row!(2));
@@ -212,24 +219,7 @@ fn pairs_that_meet<S: Lanes>(
         down[i] = v * splat!(rows);
     }
     // The sums below are rounded more often than those of a pixel: allow for as much error again.
-    let lowest = splat!(0.0) - load(simd, &scratch.setup.0[SURE], 0);
-    // The depth likewise, at most.
-    macro_rules! depth {
-        ($j:expr) => {
-            load(simd, &scratch.setup.0[DEPTH + $j], 0)
-        };
-    }
-    let (u, v, w) = (depth!(0), depth!(1), depth!(2));
-    let terms = (u.abs() + v.abs()) * splat!(TILE as f32) + w.abs();
-    let reach = u.abs() * splat!(1.51)
-        + (v.abs() * splat!((rows - 1.0) / 2.0 + 0.01) + terms * splat!(32.0 * ROUNDOFF));
-    let z_start = (u * x + (v * y + w)) + reach;
-    let (z_right, z_down) = (u * splat!(4.0), v * splat!(rows));
-    let (z_low, z_high) = (
-        load(simd, &scratch.setup.0[LOW], 0),
-        load(simd, &scratch.setup.0[HIGH], 0),
-    );
-    let first_unit = S::u32s::from_slice(simd, &scratch.first_unit[..lanes::<S>()]);
+    let lowest = splat!(0.0) - load(simd, &setup.0[SURE], 0);
     let mut in_columns = [small; SMALL_COLUMNS];
     for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
         *lanes &= bits::<S>(wide[0].simd_ge(splat!(column as f32)));
@@ -246,26 +236,70 @@ fn pairs_that_meet<S: Lanes>(
             start[1] + down[1] * below,
             start[2] + down[2] * below,
         ];
-        let mut z = z_start + z_down * below;
-        // The blocks that hold this row's units.
-        let unit = first_unit + S::u32s::splat(simd, (row * rows_of_unit::<S>() * BLOCKS) as u32);
-        let column = S::u32s::splat(simd, BLOCKS as u32 - 1);
-        let block =
-            ((unit >> 2) & S::u32s::splat(simd, (BLOCKS * (BLOCKS - 1)) as u32)) | (unit & column);
-        let floors = simd.runs4(floor, block);
         for (column, in_column) in in_columns.iter().enumerate() {
             if *in_column == 0 {
                 break;
             }
-            let seen = z.max(z_low).min(z_high).simd_ge(floors[column]);
-            let met = bits::<S>(min3::<S>(at).simd_ge(lowest) & seen) & in_row & in_column;
-            z += z_right;
+            let met = bits::<S>(min3::<S>(at).simd_ge(lowest)) & in_row & in_column;
             let bit = (row * SMALL_COLUMNS + column) * lanes::<S>();
             pairs[bit / 64] |= u64::from(met) << (bit % 64);
             at = add::<S>(at, right);
         }
     }
     pairs
+}
+
+/// Takes those pairs out whose triangle lies behind all that its unit's block holds. `low`, `pairs`: as in
+/// [`pairs_that_meet`].
+#[inline(always)]
+fn drop_hidden<S: Lanes>(
+    simd: S,
+    scratch: &Scratch,
+    low: [S::f32s; 2],
+    floor: &[f32; FLOORS],
+    pairs: &mut Pairs,
+) {
+    macro_rules! splat {
+        ($x:expr) => {
+            S::f32s::splat(simd, $x)
+        };
+    }
+    macro_rules! row {
+        ($i:expr) => {
+            load(simd, &scratch.setup.0[$i], 0)
+        };
+    }
+    let rows = rows_of_unit::<S>() as f32;
+    let x = low[0] * splat!(4.0) - splat!(HALF - 1.5);
+    let y = low[1] * splat!(rows) - splat!(HALF - (rows - 1.0) / 2.0);
+    let (u, v, w) = (row!(DEPTH), row!(DEPTH + 1), row!(DEPTH + 2));
+    // The most that it can be above its value at a unit's centre, rounding included.
+    let terms = (u.abs() + v.abs()) * splat!(TILE as f32) + w.abs();
+    let reach = u.abs() * splat!(1.51)
+        + (v.abs() * splat!((rows - 1.0) / 2.0 + 0.01) + terms * splat!(32.0 * ROUNDOFF));
+    let start = (u * x + (v * y + w)) + reach;
+    let (right, down) = (u * splat!(4.0), v * splat!(rows));
+    let (z_low, z_high) = (row!(LOW), row!(HIGH));
+    let first_unit = S::u32s::from_slice(simd, &scratch.first_unit[..lanes::<S>()]);
+    let number = |n: usize| S::u32s::splat(simd, n as u32);
+    for row in 0..small_rows::<S>() {
+        let bit = row * SMALL_COLUMNS * lanes::<S>();
+        // Four columns are 16, 32 or 64 bits of one word.
+        if pairs[bit / 64] >> (bit % 64) == 0 {
+            continue;
+        }
+        let unit = first_unit + number(row * rows_of_unit::<S>() * BLOCKS);
+        let block = ((unit >> 2) & number(BLOCKS * (BLOCKS - 1))) | (unit & number(BLOCKS - 1));
+        let floors = simd.runs4(floor, block);
+        let mut z = start + down * splat!(row as f32);
+        for (column, floor) in floors.into_iter().enumerate() {
+            let hidden = !bits::<S>(z.max(z_low).min(z_high).simd_ge(floor));
+            let lanes_of = u32::MAX >> (32 - lanes::<S>());
+            let bit = bit + column * lanes::<S>();
+            pairs[bit / 64] &= !(u64::from(hidden & lanes_of) << (bit % 64));
+            z += right;
+        }
+    }
 }
 
 /// A triangle that is not small.

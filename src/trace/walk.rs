@@ -198,6 +198,7 @@ impl Tracer {
             file_ids: &bvh.file_ids,
             tile_far: f32::INFINITY,
             guard: *guard,
+            overdrawn: false,
         };
         stack[0] = Entry {
             near: 0.0,
@@ -208,6 +209,7 @@ impl Tracer {
         // A ring of leaves that wait.
         let (mut oldest, mut waits) = (0, 0);
         let mut node_came = false;
+        (scratch.won, scratch.lost) = (0, 0);
         loop {
             let leaf_next = waits == WAITING || (waits > 0 && (node_came || depth == 0));
             let entry = if leaf_next {
@@ -235,6 +237,15 @@ impl Tracer {
                 count_visit(tile, entry.blocks);
             }
             if leaf_next {
+                // Where much turns out to be hidden it pays to know each block as it is now.
+                context.overdrawn |= scratch.lost > 64 && scratch.lost > scratch.won;
+                if context.overdrawn {
+                    let mut old = horizon.dirty & entry.blocks;
+                    while old != 0 {
+                        horizon.renew(simd, old.trailing_zeros() as usize, tile);
+                        old &= old - 1;
+                    }
+                }
                 context.tile_far = horizon.tile_far;
                 let leaf = bvh.leaf(entry.child.index());
                 stages.traversal += watch.lap::<P>();

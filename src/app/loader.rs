@@ -359,14 +359,25 @@ fn load(
     if !is_coarse || is_cancelled() {
         return;
     }
-    // Half of the threads: the hand has begun to turn the scene.
+    // The hand has begun to turn the scene: half of the threads, and those only when nobody else wants the cores.
     let half = pool.current_num_threads().div_ceil(2);
     drop(pool);
-    let better = self::pool(half).map(|pool| pool.install(|| World::compile(&scene)));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(half)
+        .start_handler(|_| step_back())
+        .build();
+    let better = pool.map(|pool| pool.install(|| World::compile(&scene)));
     // Without threads the coarse tree stays: it shows the same.
     if let Ok(world) = better {
         tell(Told::Better(Arc::new(world)));
     }
+}
+
+/// The calling thread leaves the cores to others that want them, where the system knows that of single threads.
+fn step_back() {
+    #[cfg(target_os = "linux")]
+    // That it may be refused is no fault.
+    let _ = rustix::process::nice(19);
 }
 
 fn pool(threads: usize) -> Result<rayon::ThreadPool, LoadError> {

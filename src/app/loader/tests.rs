@@ -106,6 +106,23 @@ fn a_large_file_is_read_whole_and_tells_how_far_it_is() {
 }
 
 #[test]
+fn parsing_tells_each_percentage_once() {
+    let triangle = "0 0 0 1 0 0 0 1 0 1 2 3\n";
+    let scene = format!("<d 0 0 -1 20000\n{}", triangle.repeat(20_000));
+    let stages = std::sync::Mutex::new(Vec::new());
+    let at = |stage: Stage| stages.lock().expect("no panic").push(stage.to_string());
+    let parsed = text(&scene).parse(None, &at).expect("a scene");
+    assert_eq!(parsed.expect("not known").triangles.len(), 20_000);
+    let stages = stages.into_inner().expect("no panic");
+    assert!(stages.len() > 2 && stages.len() <= 101, "{stages:?}");
+    assert_eq!(stages[0], "parsing 0.5 MB, 0 %");
+    let mut told = stages.clone();
+    told.sort();
+    told.dedup();
+    assert_eq!(told.len(), stages.len());
+}
+
+#[test]
 fn a_bad_text_is_told_with_its_place_and_a_missing_file_with_its_name() {
     let mut loader = Loader::new(1);
     let (_, bad) = done(&start(&mut loader, text("<d\n0 0 -1\n1\nx")));

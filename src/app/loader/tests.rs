@@ -45,7 +45,10 @@ fn a_scene_comes_with_its_stages_and_its_world() {
         other => panic!("{other:?}"),
     })
     .collect();
-    assert_eq!(stages, ["parsing 0.0 MB, 0 %", "building a tree of 1 triangles"]);
+    assert_eq!(
+        stages,
+        ["parsing 0.0 MB, 0 %", "building a tree of 1 triangles"]
+    );
 }
 
 /// The picture of a world, by the fast engine.

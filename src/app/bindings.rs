@@ -287,6 +287,8 @@ const BROWSE: &str = "next or previous scene of the folder";
 const ZOOM: &str = "larger, smaller letters over the picture";
 const SHEET: &str = "this sheet on or off";
 const UNDO: &str = "undo a move, redo it";
+const FULLSCREEN: &str = "fullscreen on or off";
+const QUIT: &str = "quit";
 const SAVE: &str = "save the scene with the moves; under a new name";
 
 /// Every key and gesture of the viewer.
@@ -381,6 +383,7 @@ pub const BINDINGS: &[Binding] = &[
     ),
     with(Modifiers::CTRL, Key::Char('z'), Action::Undo, UNDO),
     with(Modifiers::CTRL_SHIFT, Key::Char('z'), Action::Redo, UNDO),
+    with(Modifiers::CTRL, Key::Char('y'), Action::Redo, UNDO),
     with(Modifiers::CTRL, Key::Char('s'), Action::Save, SAVE),
     with(Modifiers::CTRL_SHIFT, Key::Char('s'), Action::SaveAs, SAVE),
     letter(
@@ -433,7 +436,8 @@ pub const BINDINGS: &[Binding] = &[
     with(Modifiers::CTRL, Key::Char('+'), Action::Zoom(1), ZOOM),
     with(Modifiers::CTRL, Key::Char('-'), Action::Zoom(-1), ZOOM),
     letter('s', Action::Screenshot, "save the picture as a PNG file"),
-    letter('f', Action::ToggleFullscreen, "fullscreen on or off"),
+    letter('f', Action::ToggleFullscreen, FULLSCREEN),
+    key(Key::F(11), Action::ToggleFullscreen, FULLSCREEN),
     key(Key::PageDown, Action::Browse { forward: true }, BROWSE),
     key(Key::PageUp, Action::Browse { forward: false }, BROWSE),
     letter('h', Action::ToggleSheet, SHEET),
@@ -443,7 +447,8 @@ pub const BINDINGS: &[Binding] = &[
         Action::Back,
         "cancel loading, close what is open, leave fullscreen, quit",
     ),
-    letter('q', Action::Quit, "quit"),
+    letter('q', Action::Quit, QUIT),
+    with(Modifiers::CTRL, Key::Char('q'), Action::Quit, QUIT),
     letter('n', Action::Decline, "answer no (y: yes)"),
 ];
 

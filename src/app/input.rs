@@ -78,6 +78,20 @@ impl Input {
         }
     }
 
+    /// The chord of a press of `key`, if nothing is bound to it.
+    #[must_use]
+    pub fn unbound(&self, key: Key) -> Option<Chord> {
+        let chord = Chord::of_key(key, self.modifiers);
+        let is_bound = self.modifiers.foreign || self.keymap.bound_to(chord).is_some();
+        (!is_bound).then_some(chord)
+    }
+
+    /// A chord that does `action`.
+    #[must_use]
+    pub fn chord_of(&self, action: Action) -> Option<Chord> {
+        self.keymap.chord_of(action)
+    }
+
     /// A key goes up. It is known by its place: with Shift let go first it no longer types what it did.
     pub fn key_up(&mut self, id: KeyId) -> Option<Action> {
         let at = self.held.iter().position(|&(held, _)| held == id)?;
@@ -222,6 +236,20 @@ mod tests {
 
     fn ms(ms: u64) -> Duration {
         Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn a_key_that_does_nothing_is_known() {
+        let mut input = Input::default();
+        let chord = |input: &Input, c| input.unbound(Key::Char(c)).map(|chord| chord.to_string());
+        assert_eq!(chord(&input, 'u').as_deref(), Some("u"));
+        assert_eq!(chord(&input, 'q'), None);
+        input.set_modifiers(CTRL);
+        assert_eq!(chord(&input, 'u').as_deref(), Some("Ctrl+u"));
+        // The desktop's own.
+        let foreign = true;
+        input.set_modifiers(Modifiers { foreign, ..CTRL });
+        assert_eq!(chord(&input, 'u'), None);
     }
 
     fn orbit(dx_px: f64, dy_px: f64) -> Option<Action> {

@@ -11,7 +11,7 @@ use std::io::{self, Read as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::thread;
 
 use super::painter::message_of;
@@ -106,8 +106,8 @@ pub enum Stage {
     Reading(Option<u8>),
     /// A demo is being made.
     Making,
-    /// So many bytes become triangles.
-    Parsing(usize),
+    /// So many bytes become triangles: so many percent are done.
+    Parsing(usize, u8),
     /// So many triangles become a tree.
     Building(usize),
 }
@@ -118,7 +118,9 @@ impl fmt::Display for Stage {
             Stage::Reading(None) => f.write_str("reading the file"),
             Stage::Reading(Some(percent)) => write!(f, "reading the file, {percent} %"),
             Stage::Making => f.write_str("making the scene"),
-            Stage::Parsing(bytes) => write!(f, "parsing {:.1} MB", *bytes as f64 / 1e6),
+            Stage::Parsing(bytes, percent) => {
+                write!(f, "parsing {:.1} MB, {percent} %", *bytes as f64 / 1e6)
+            }
             Stage::Building(triangles) => write!(f, "building a tree of {triangles} triangles"),
         }
     }
@@ -171,7 +173,11 @@ impl Source {
     }
 
     /// The scene; `None` when its text is the `known` one.
-    fn parse(&self, known: Option<&[u8]>, at: &impl Fn(Stage)) -> Result<Option<Scene>, LoadError> {
+    fn parse(
+        &self,
+        known: Option<&[u8]>,
+        at: &(impl Fn(Stage) + Sync),
+    ) -> Result<Option<Scene>, LoadError> {
         let text = match self {
             Source::Demo(demo) => {
                 at(Stage::Making);
@@ -188,9 +194,19 @@ impl Source {
         if known == Some(&text[..]) {
             return Ok(None);
         }
-        at(Stage::Parsing(text.len()));
+        let bytes = text.len();
+        at(Stage::Parsing(bytes, 0));
+        let told = AtomicU8::new(0);
+        let watch = |done: usize, of: usize| {
+            // A percentage fits.
+            let percent = (done as u128 * 100 / of.max(1) as u128).min(100) as u8;
+            if told.fetch_max(percent, Ordering::Relaxed) < percent {
+                at(Stage::Parsing(bytes, percent));
+            }
+        };
         let name = self.name();
-        scene::parse(&text)
+        let parsed = scene::parse_watched(&text, &watch);
+        parsed
             .map(Some)
             .map_err(|errors| LoadError::Bad { name, text, errors })
     }
@@ -359,14 +375,25 @@ fn load(
     if !is_coarse || is_cancelled() {
         return;
     }
-    // Half of the threads: the hand has begun to turn the scene.
+    // The hand has begun to turn the scene: half of the threads, and those only when nobody else wants the cores.
     let half = pool.current_num_threads().div_ceil(2);
     drop(pool);
-    let better = self::pool(half).map(|pool| pool.install(|| World::compile(&scene)));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(half)
+        .start_handler(|_| step_back())
+        .build();
+    let better = pool.map(|pool| pool.install(|| World::compile(&scene)));
     // Without threads the coarse tree stays: it shows the same.
     if let Ok(world) = better {
         tell(Told::Better(Arc::new(world)));
     }
+}
+
+/// The calling thread leaves the cores to others that want them, where the system knows that of single threads.
+fn step_back() {
+    #[cfg(target_os = "linux")]
+    // That it may be refused is no fault.
+    let _ = rustix::process::nice(19);
 }
 
 fn pool(threads: usize) -> Result<rayon::ThreadPool, LoadError> {

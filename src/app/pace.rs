@@ -8,13 +8,16 @@
 use std::time::{Duration, Instant};
 
 use super::governor::Governor;
-use super::latency::Latencies;
+use super::latency::{Latencies, Tally};
 use super::painter::{Order, Picture};
 use super::state::Wish;
 use crate::render::Samples;
 
 /// A wish that has not changed for so long stands still. The fine picture has the rest of 150 ms.
 const QUIET: Duration = Duration::from_millis(70);
+/// The part of a refresh that a picture may take while a hand moves. What the hand does just after a picture was begun
+/// waits for that one and for the next: both together should not take much more than a refresh.
+const HAND_PART: f64 = 0.55;
 
 /// What the window knows about the moment.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +63,14 @@ pub struct Pace {
     deadline: Duration,
     /// The first input that no order has answered.
     asked: Option<Instant>,
+    /// When a hand last asked for something, a hand that let go too.
+    input: Option<Instant>,
+    /// From then until the newest picture in full resolution was shown.
+    fine_after: Option<Duration>,
     /// From input to picture.
     pub latencies: Latencies,
+    /// The same of all pictures since the last report.
+    tally: Tally,
 }
 
 impl Pace {
@@ -81,7 +90,10 @@ impl Pace {
             moving: false,
             deadline: target,
             asked: None,
+            input: None,
+            fine_after: None,
             latencies: Latencies::default(),
+            tally: Tally::default(),
         }
     }
 
@@ -89,6 +101,7 @@ impl Pace {
     pub fn input(&mut self, at: Instant) {
         self.asked.get_or_insert(at);
         self.hand = Some(at);
+        self.input = Some(at);
     }
 
     /// The hand let go: what it leaves stands still.
@@ -213,11 +226,12 @@ impl Pace {
         }
     }
 
-    /// A frame that plays is not late before the next one is due; a hand waits for the next refresh.
+    /// A frame that plays is not late before the next one is due; a hand waits for two pictures.
     fn deadline_of(&self, now: &Moment) -> Duration {
         let hand = self.hand.is_some_and(|at| now.at < at + QUIET);
         match now.frame_time {
-            Some(time) if !now.turning && !hand => time.max(self.target),
+            _ if hand => self.target.mul_f64(HAND_PART),
+            Some(time) if !now.turning => time.max(self.target),
             _ => self.target,
         }
     }
@@ -235,10 +249,21 @@ impl Pace {
 
     /// The picture was shown.
     pub fn shown(&mut self, picture: &Picture, at: Instant) {
-        if let Some(asked) = picture.order.asked {
-            let latency = at.saturating_duration_since(asked);
-            self.latencies.count(latency, picture.order.pixel_size);
+        let (asked, pixel_size) = (picture.order.asked, picture.order.pixel_size);
+        if let Some(asked) = asked {
+            self.latencies.count(at.saturating_duration_since(asked));
+            self.tally.count(asked, at, pixel_size, self.target);
         }
+        if pixel_size == 1 && picture.samples == Samples::ONE {
+            self.fine_after = self.input.map(|input| at.saturating_duration_since(input));
+        }
+    }
+
+    /// What a hand asked for since the last call, and how long after its end the picture stood in full resolution,
+    /// when it has moved.
+    pub fn take_tally(&mut self) -> (Tally, Option<Duration>) {
+        self.input = None;
+        (std::mem::take(&mut self.tally), self.fine_after.take())
     }
 }
 
@@ -330,10 +355,10 @@ mod tests {
     /// Moves a slow scene until its pictures are coarse; the last wish is `wish(99)`, at 1000 ms.
     fn coarse(pace: &mut Pace, start: Instant) {
         let order = pace.step(wish(1), &moment(start, 0)).order;
-        pace.took(&picture(&order.expect("the first"), 40), Duration::ZERO);
+        pace.took(&picture(&order.expect("the first"), 80), Duration::ZERO);
         let step = pace.step(wish(99), &moment(start, 1000));
         let order = step.order.expect("another wish");
-        assert_eq!((order.pixel_size, order.moving), (2, true));
+        assert_eq!((order.pixel_size, order.moving), (3, true));
         assert_eq!(order.samples, Samples::ONE);
     }
 
@@ -379,7 +404,7 @@ mod tests {
         };
         assert_eq!(pace.step(wish(99), &turning).order, None);
         let order = pace.step(wish(98), &turning).order;
-        assert_eq!(order.expect("another wish").pixel_size, 2);
+        assert_eq!(order.expect("another wish").pixel_size, 3);
         let saving = Moment {
             must_be_fine: true,
             ..turning
@@ -402,7 +427,7 @@ mod tests {
             pace.took(&picture(&order, 50), Duration::from_millis(1));
         }
         pace.input(start + Duration::from_millis(1300));
-        for i in 0..4 {
+        for i in 0..6 {
             let order = pace
                 .step(wish(50 + i), &playing(1300 + 17 * i as u64))
                 .order;

@@ -129,8 +129,12 @@ impl Session {
     }
 
     /// What a `settle` line prints: everything that `raybomb render` needs for the same picture.
-    pub fn settle_report(&mut self, state: &State, pace: &Pace) -> String {
+    pub fn settle_report(&mut self, state: &State, pace: &mut Pace) -> String {
         self.settles += 1;
+        let ms = |time: Option<Duration>| time.map(|d| d.as_secs_f64() * 1e3);
+        let (tally, fine_after) = pace.take_tally();
+        let (refreshes, missed) = tally.refreshes();
+        let percentile = |percent| ms(tally.percentile(percent));
         let wish = state.wish();
         let [left, right] = wish.sides();
         let side = |side: &Side| {
@@ -140,11 +144,6 @@ impl Session {
                 "columns": [side.columns.start, side.columns.end],
                 "aa": if side.is_fast() { pace.samples_of(&wish).count() } else { 1 },
             })
-        };
-        let ms = |percent| {
-            pace.latencies
-                .percentile(percent)
-                .map(|d| d.as_secs_f64() * 1e3)
         };
         let (width, height) = state.size_px();
         let (camera, operations) = state.scene_text();
@@ -157,8 +156,14 @@ impl Session {
             "aa": pace.samples_of(&wish).count(),
             "cost_scale": wish.settings.cost_scale,
             "sides": wish.split.map(|_| [side(&left), side(&right)]),
-            "input_ms": { "p50": ms(50), "p99": ms(99) },
-            "largest_pixel": pace.latencies.largest_pixel(),
+            "moved": {
+                "pictures": tally.pictures(),
+                "pixel_sizes": tally.sizes(),
+                "refreshes": refreshes,
+                "missed": missed,
+                "input_ms": { "p50": percentile(50), "p99": percentile(99), "max": percentile(100) },
+                "fine_after_ms": ms(fine_after),
+            },
             "frame": frame,
             "last_frame": last,
             "camera": camera,

@@ -2,8 +2,9 @@
 //!
 //! `hand.rs` moves the camera, `film.rs` plays, `picks.rs` tells what is seen at a place, `scene.rs` takes another
 //! scene, `sides.rs` says how the picture is made, `keep.rs` gives a journal
-//! what it keeps, `question.rs` asks before moves are lost.
+//! what it keeps, `document.rs` writes the picture shown as a scene, `question.rs` asks before moves are lost.
 
+mod document;
 mod film;
 mod hand;
 mod keep;
@@ -23,15 +24,16 @@ use super::action::Action;
 use super::bindings::Spot;
 use super::journal::Kept;
 use super::keymap::Keymap;
-use super::moves::{Moves, Recorded};
+use super::moves::Moves;
 use super::scrub::BarWish;
 use super::side::Split;
 use crate::camera::{Camera, View};
 use crate::render::{Picked, Settings, ViewMode};
-use crate::scene::{Axis, CameraSetting, Operation, camera_text, operations_text};
+use crate::scene::{Axis, CameraSetting, Operation};
 use crate::simd::Kernel;
 use crate::timeline::{Composer, Playback, Timing, operations_at};
 
+pub use document::Document;
 pub use scene::Subject;
 pub use sides::word;
 
@@ -112,19 +114,6 @@ pub struct Probe {
     pub pixel: (usize, usize),
     /// What the answer is for.
     pub spot: Spot,
-}
-
-/// A scene to be saved: its text with these.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Document {
-    /// The camera before any operation.
-    pub camera: CameraSetting,
-    /// All operations.
-    pub operations: Vec<Operation>,
-    /// Take a name that is free.
-    pub new_name: bool,
-    /// Of the operations, what the hand recorded.
-    pub recorded: Recorded,
 }
 
 /// What to render.
@@ -438,44 +427,6 @@ impl State {
         self.playback.play(false);
     }
 
-    /// The picture shown, as the head and the tail of a scene file whose still picture it is.
-    #[must_use]
-    pub fn scene_text(&self) -> (String, String) {
-        let operations: Vec<Operation> = self.operations().collect();
-        let camera = match self.camera_setting() {
-            CameraSetting::Default => Ok("<d\n".to_owned()),
-            CameraSetting::Set(corners) => camera_text(&corners),
-        };
-        (
-            camera.expect("a camera that could not be saved is not taken"),
-            operations_text(&operations).expect("angles are finite"),
-        )
-    }
-
-    /// The scene was saved under that name, or not; `recorded` is what was recorded then, `None` when another scene is
-    /// open since.
-    pub fn saved(&mut self, recorded: Option<Recorded>, result: Result<String, String>) {
-        let line = match result {
-            Ok(name) => {
-                if let Some(recorded) = recorded {
-                    self.moves.mark_saved(recorded);
-                    self.is_in_file = true;
-                }
-                format!("saved {name}")
-            }
-            Err(why) => format!("cannot save the scene: {why}"),
-        };
-        self.report(line.clone());
-        self.say(line);
-    }
-
-    /// The base camera as a file says it.
-    fn camera_setting(&self) -> CameraSetting {
-        self.moves
-            .base_corners()
-            .map_or(self.setting.camera, CameraSetting::Set)
-    }
-
     fn camera(&self) -> Camera {
         let base = self.moves.base(self.setting.base);
         base.turned(self.turn(), self.setting.pivot)
@@ -494,27 +445,6 @@ impl State {
     fn view(&self) -> View {
         let (width, height) = self.size_px;
         self.camera().view(width, height, self.setting.stretch)
-    }
-
-    fn save(&mut self, new_name: bool) {
-        self.let_go_of_all();
-        let mut operations = self.film.clone();
-        // What is on top of another frame is no part of the scene.
-        if self.playback.is_at_end() {
-            operations.extend(self.moves.on_top());
-        }
-        self.commands.push(Command::Save(Document {
-            camera: self.camera_setting(),
-            operations,
-            new_name,
-            recorded: self.moves.recorded_part(),
-        }));
-    }
-
-    fn print_camera(&mut self) {
-        let (camera, operations) = self.scene_text();
-        self.commands.push(Command::Print(camera + &operations));
-        self.say("the camera is on the standard output".to_owned());
     }
 
     fn set_fullscreen(&mut self, on: bool) {

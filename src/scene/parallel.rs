@@ -5,11 +5,13 @@
 //! (over its end, where a triangle does not care for lines). Anything irregular, from a bad number to a
 //! missing triangle, makes the whole attempt void: the sequential reader then finds the exact errors.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::lexer::{Cursor, count_words};
 use super::model::Triangle;
-use super::parser::{NO_TRIANGLE, WORDS_PER_TRIANGLE, triangle};
+use super::parser::{NO_TRIANGLE, WORDS_PER_TRIANGLE, Watch, triangle};
 
 /// When and how to read in parallel. Any plan gives the same result.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +55,7 @@ pub(super) fn triangles<'t>(
     cursor: Cursor<'t>,
     count: u64,
     plan: Plan,
+    watch: &Watch<'_>,
 ) -> Option<(Vec<Triangle>, Cursor<'t>)> {
     let text = cursor.text();
     if !plan.is_worthwhile(text.len() - cursor.offset()) {
@@ -87,9 +90,15 @@ pub(super) fn triangles<'t>(
         }
         first = end;
     }
+    let done = AtomicUsize::new(0);
     let cursors: Vec<Cursor> = jobs
         .into_par_iter()
-        .map(|(piece, first, own)| read_piece(text, &piece, first, own))
+        .map(|(piece, first, own)| {
+            let read = own.len();
+            let cursor = read_piece(text, &piece, first, own)?;
+            watch(done.fetch_add(read, Ordering::Relaxed) + read, count);
+            Some(cursor)
+        })
         .collect::<Option<_>>()?;
     Some((triangles, cursors.last().copied().unwrap_or(cursor)))
 }
@@ -188,13 +197,17 @@ mod tests {
                 piece_bytes: 1 + rng.below(500) as usize,
                 even_alone: true,
             };
-            let expected = parse_with(&text, SEQUENTIAL);
+            let expected = parse_with(&text, SEQUENTIAL, &|_, _| ());
             *if expected.is_ok() {
                 &mut good
             } else {
                 &mut bad
             } += 1;
-            assert_eq!(parse_with(&text, plan), expected, "seed {seed}, {plan:?}");
+            assert_eq!(
+                parse_with(&text, plan, &|_, _| ()),
+                expected,
+                "seed {seed}, {plan:?}"
+            );
         }
         assert!(good > 500 && bad > 500, "one-sided: {good} good, {bad} bad");
     }
@@ -214,10 +227,14 @@ mod tests {
                 piece_bytes,
                 even_alone: true,
             };
-            let (triangles, end) = triangles(cursor, 40, plan).expect("nothing is wrong with it");
+            let told = std::sync::Mutex::new(Vec::new());
+            let watch = |done, of| told.lock().unwrap().push((done, of));
+            let (triangles, end) =
+                triangles(cursor, 40, plan, &watch).expect("nothing is wrong with it");
             assert_eq!(triangles.len(), 40);
             assert_eq!(triangles[39].corners[0].x, 39.0);
             assert_eq!(end.peek(), None);
+            assert_eq!(told.into_inner().unwrap().iter().max(), Some(&(40, 40)));
         }
     }
 
@@ -229,8 +246,8 @@ mod tests {
             piece_bytes: 8,
             even_alone: true,
         };
-        assert!(triangles(cursor, 2, plan).is_none());
-        assert!(triangles(cursor, u64::MAX, plan).is_none());
-        assert!(triangles(cursor, 1, plan).is_some());
+        assert!(triangles(cursor, 2, plan, &|_, _| ()).is_none());
+        assert!(triangles(cursor, u64::MAX, plan, &|_, _| ()).is_none());
+        assert!(triangles(cursor, 1, plan, &|_, _| ()).is_some());
     }
 }

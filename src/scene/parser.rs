@@ -25,6 +25,12 @@ pub(super) const WORDS_PER_TRIANGLE: usize = 12;
 /// The fewest bytes that a triangle takes: twelve words of one digit, each behind one blank.
 const MIN_TRIANGLE_BYTES: usize = 24;
 
+/// After so many triangles the one thread that reads a small text tells how far it is.
+const WATCH_EVERY: usize = 1 << 12;
+
+/// Is told how many triangles of how many are read.
+pub type Watch<'a> = dyn Fn(usize, usize) + Sync + 'a;
+
 /// The scene that `text` describes.
 ///
 /// Large texts are read in parallel on the current rayon pool; the result and the errors are the same for any
@@ -35,12 +41,24 @@ const MIN_TRIANGLE_BYTES: usize = 24;
 /// At least one and at most [`ParseErrors::MAX`], each with its place. An error at the end of the file is placed
 /// behind its last word or comment.
 pub fn parse(text: &[u8]) -> Result<Scene, ParseErrors> {
-    parse_with(text, Plan::default())
+    parse_watched(text, &|_, _| ())
 }
 
-/// [`parse`], large texts as `plan` says.
-pub(super) fn parse_with(text: &[u8], plan: Plan) -> Result<Scene, ParseErrors> {
-    let mut parser = Parser::new(text, plan);
+/// [`parse`], which tells now and then how many triangles it has read, and how many there are to be: from any thread, and
+/// the numbers of different threads in any order.
+///
+/// # Errors
+/// Those of [`parse`].
+pub fn parse_watched(text: &[u8], watch: &Watch<'_>) -> Result<Scene, ParseErrors> {
+    parse_with(text, Plan::default(), watch)
+}
+
+/// [`parse_watched`], large texts as `plan` says.
+pub(super) fn parse_with(text: &[u8], plan: Plan, watch: &Watch<'_>) -> Result<Scene, ParseErrors> {
+    let mut parser = Parser {
+        watch,
+        ..Parser::new(text, plan)
+    };
     match parser.scene() {
         Ok(scene) if parser.faults.is_empty() => Ok(scene),
         _ => Err(parser.into_errors()),
@@ -64,6 +82,7 @@ pub(super) struct Parser<'t> {
     faults: Vec<Fault>,
     more: bool,
     plan: Plan,
+    watch: &'t Watch<'t>,
 }
 
 impl<'t> Parser<'t> {
@@ -73,6 +92,7 @@ impl<'t> Parser<'t> {
             faults: Vec::new(),
             more: false,
             plan,
+            watch: &|_, _| (),
         }
     }
 
@@ -173,7 +193,8 @@ impl<'t> Parser<'t> {
             self.skip_to_tail();
             return Ok(Vec::new());
         };
-        if let Some((triangles, cursor)) = parallel::triangles(self.cursor, count, self.plan) {
+        let parallel = parallel::triangles(self.cursor, count, self.plan, self.watch);
+        if let Some((triangles, cursor)) = parallel {
             self.cursor = cursor;
             return Ok(triangles);
         }
@@ -185,6 +206,9 @@ impl<'t> Parser<'t> {
             let start = self.cursor;
             if let Some(triangle) = triangle(&mut self.cursor) {
                 triangles.push(triangle);
+                if triangles.len().is_multiple_of(WATCH_EVERY) {
+                    (self.watch)(triangles.len(), capacity);
+                }
                 continue;
             }
             self.cursor = start;

@@ -26,7 +26,7 @@ fn the_users_keys_are_listed_and_other_settings_win_or_none() {
     };
     assert_eq!(listed(&[]), "quit = \"Ctrl+w\"");
     assert_eq!(listed(&["--config", "other.toml"]), "quit = \"x\"");
-    assert_eq!(listed(&["--no-config"]), "quit = \"q\"");
+    assert_eq!(listed(&["--no-config"]), "quit = [\"q\", \"Ctrl+q\"]");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::{Desk, SCENE, Viewer, until};
+use crate::support::{Desk, Picture, SCENE, Viewer, until};
 
 #[test]
 fn axis_keys_turn_the_picture_and_enter_restores_it() {
@@ -20,6 +20,19 @@ fn axis_keys_turn_the_picture_and_enter_restores_it() {
         viewer.keys(&["Return"]);
         viewer.shows(&still, "Enter");
     }
+}
+
+#[test]
+fn a_key_that_does_nothing_says_so_for_a_moment() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    let viewer = desk.view(&[]);
+    viewer.shows(&still, "at start");
+    viewer.keys(&["u"]);
+    let told = viewer.changes_from(&still, "a message");
+    let top = |picture: &Picture| picture.corner(320, 180);
+    assert!(top(&told) == top(&still), "it is at the lower border");
+    viewer.shows(&still, "no message");
 }
 
 #[test]

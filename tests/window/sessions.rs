@@ -64,6 +64,32 @@ fn every_settled_picture_is_the_one_that_render_makes() {
     viewer.shows(&pictures[0], "return");
 }
 
+#[test]
+fn a_settled_session_tells_what_it_showed_on_the_way() {
+    let Some(desk) = Desk::new() else { return };
+    let mut viewer = scripted(&desk, &[]);
+    viewer.tell("settle");
+    let still: Value = serde_json::from_str(&viewer.prints(0)).expect("JSON");
+    assert_eq!(still["moved"]["pictures"], 0, "{still}");
+    assert_eq!(still["moved"]["input_ms"]["p99"], Value::Null, "{still}");
+    let (moves, quiet) = ("orbit 5 3\nwait 0.03\n".repeat(10), "wait 0.01\nsettle");
+    viewer.tell(&format!("{moves}let-go\nsettle\n{quiet}"));
+    let report: Value = serde_json::from_str(&viewer.prints(1)).expect("JSON");
+    let moved = &report["moved"];
+    let pictures = moved["pictures"].as_u64().expect("a count");
+    assert!((1..=11).contains(&pictures), "{moved}");
+    let sizes = moved["pixel_sizes"].as_object().expect("counts");
+    let sum: u64 = sizes.values().filter_map(Value::as_u64).sum();
+    assert_eq!(sum, pictures, "{moved}");
+    let ms = |key: &str| moved["input_ms"][key].as_f64().expect("a time");
+    assert!(0.0 < ms("p50") && ms("p50") <= ms("p99"), "{moved}");
+    assert!(moved["missed"].as_u64() <= moved["refreshes"].as_u64());
+    assert!(moved["fine_after_ms"].as_f64() > Some(0.0), "{moved}");
+    // Each is told once.
+    let after: Value = serde_json::from_str(&viewer.prints(2)).expect("JSON");
+    assert_eq!(after["moved"]["pictures"], 0, "{after}");
+}
+
 /// A hundred drags and key turns about the format's pivot.
 fn hundred_turns() -> String {
     let mut random = raybomb::math::Random::new(11);

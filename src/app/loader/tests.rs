@@ -45,7 +45,10 @@ fn a_scene_comes_with_its_stages_and_its_world() {
         other => panic!("{other:?}"),
     })
     .collect();
-    assert_eq!(stages, ["parsing 0.0 MB", "building a tree of 1 triangles"]);
+    assert_eq!(
+        stages,
+        ["parsing 0.0 MB, 0 %", "building a tree of 1 triangles"]
+    );
 }
 
 /// The picture of a world, by the fast engine.
@@ -103,6 +106,23 @@ fn a_large_file_is_read_whole_and_tells_how_far_it_is() {
     let words: Vec<String> = stages.iter().map(Stage::to_string).collect();
     let expected = [40, 80, 100].map(|percent| format!("reading the file, {percent} %"));
     assert_eq!(words, expected);
+}
+
+#[test]
+fn parsing_tells_each_percentage_once() {
+    let triangle = "0 0 0 1 0 0 0 1 0 1 2 3\n";
+    let scene = format!("<d 0 0 -1 20000\n{}", triangle.repeat(20_000));
+    let stages = std::sync::Mutex::new(Vec::new());
+    let at = |stage: Stage| stages.lock().expect("no panic").push(stage.to_string());
+    let parsed = text(&scene).parse(None, &at).expect("a scene");
+    assert_eq!(parsed.expect("not known").triangles.len(), 20_000);
+    let stages = stages.into_inner().expect("no panic");
+    assert!(stages.len() > 2 && stages.len() <= 101, "{stages:?}");
+    assert_eq!(stages[0], "parsing 0.5 MB, 0 %");
+    let mut told = stages.clone();
+    told.sort();
+    told.dedup();
+    assert_eq!(told.len(), stages.len());
 }
 
 #[test]

@@ -243,7 +243,9 @@ impl Overlay {
         let (cell_width, cell_height) = self.font.cell();
         let x = rect.x + layout.margin;
         let mut y = rect.y + layout.margin;
-        for line in lines {
+        let (width, height) = extent(canvas);
+        let room = ((width - x) / cell_width, (height - y) / cell_height);
+        for line in cut(lines, layout.name_columns, room) {
             let text_x = x + layout.name_columns * cell_width;
             let color = if line.name == RECORDING { RED } else { AMBER };
             self.text(canvas, x, y, &line.name, color);
@@ -274,6 +276,33 @@ impl Overlay {
             size_px -= 1;
         }
     }
+}
+
+/// What there is room for, in letters and lines; where something is missing it says so. The names take `name_columns`
+/// letters.
+fn cut(lines: &[Line], name_columns: i32, (columns, rows): (i32, i32)) -> Vec<Line> {
+    // Below no room there is none.
+    let [name_columns, columns, rows] =
+        [name_columns, columns, rows].map(|n| usize::try_from(n).unwrap_or(0));
+    let short = |text: &str, columns: usize| match text.char_indices().nth(columns) {
+        None => text.to_owned(),
+        Some(_) => text
+            .chars()
+            .take(columns.saturating_sub(1))
+            .chain(['…'])
+            .collect(),
+    };
+    let kept = match lines.len() <= rows {
+        true => lines.len(),
+        false => rows.saturating_sub(1),
+    };
+    let more = lines.len() - kept;
+    let last = (more > 0).then(|| Line::new(short(&format!("… {more} more lines"), columns), ""));
+    let shown = lines[..kept].iter().map(|line| Line {
+        name: short(&line.name, columns),
+        text: short(&line.text, columns.saturating_sub(name_columns)),
+    });
+    shown.chain(last).collect()
 }
 
 /// How many times as large as usual things are after so many steps.

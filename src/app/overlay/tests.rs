@@ -152,3 +152,22 @@ fn the_whole_sheet_fits_in_the_default_window() {
     let sheet = overlay.sheet.clone();
     assert!(overlay.layout(&canvas, &sheet).fits(&canvas));
 }
+
+#[test]
+fn what_does_not_fit_says_so() {
+    let lines = [
+        Line::new("x y z", "turn about an axis"),
+        Line::new("wheel", "dolly"),
+        Line::new("q", "quit"),
+    ];
+    assert_eq!(cut(&lines, 7, (25, 3)), lines);
+    assert_eq!(
+        cut(&lines, 7, (14, 2)),
+        [
+            Line::new("x y z", "turn a…"),
+            Line::new("… 2 more lines", ""),
+        ]
+    );
+    assert_eq!(cut(&lines, 7, (4, 1)), [Line::new("… 3…", "")]);
+    assert_eq!(cut(&lines, 7, (-3, 9))[0], Line::new("…", "…"));
+}

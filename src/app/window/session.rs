@@ -44,7 +44,7 @@ impl Viewer {
                         }
                     }
                 }
-                Line::Settle => print(&self.session.settle_report(&self.state, &self.pace)),
+                Line::Settle => print(&self.session.settle_report(&self.state, &mut self.pace)),
                 Line::Wait(_) => {}
             }
             self.state.advance(self.now());

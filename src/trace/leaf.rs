@@ -75,7 +75,7 @@ pub fn trace<S: Lanes, P: Probe>(
 ) -> u64 {
     let mut watch = Stopwatch::start::<P>();
     let around = transform(simd, context.space, leaf, &mut scratch.vertices);
-    if around.is_hidden(simd, tile) {
+    if around.is_hidden(simd, context, leaf, tile) {
         stages.setup += watch.lap::<P>();
         return 0;
     }
@@ -108,11 +108,11 @@ impl<S: Lanes> Around<S> {
     /// True when every pixel that the leaf can cover already holds something nearer than all of it, or when there is
     /// no such pixel.
     #[inline(always)]
-    fn is_hidden(&self, simd: S, tile: &Tile) -> bool {
+    fn is_hidden(&self, simd: S, context: &LeafContext<'_>, leaf: Leaf<'_>, tile: &Tile) -> bool {
         if self.w.reduce_min() <= NEAR {
             return false;
         }
-        let nearest = S::f32s::splat(simd, self.inverse.reduce_max());
+        let nearest = self.inverse.reduce_max();
         let (mut low, mut high) = ([0.0; 2], [0.0; 2]);
         for k in 0..2 {
             low[k] = (self.low[k].reduce_min() + (HALF - BOX_MARGIN_PX))
@@ -125,20 +125,35 @@ impl<S: Lanes> Around<S> {
                 return true;
             }
         }
-        region_is_hidden(simd, tile, low, high, nearest)
+        match look_at_region(simd, tile, low, high, nearest) {
+            Region::Open => false,
+            Region::Hidden => true,
+            Region::Tied => ties_lose(context.file_ids, leaf, tile, low, high, nearest),
+        }
     }
 }
 
-/// True when every pixel from `low` to `high` (column and row, whole numbers) holds something nearer than 1/w
-/// `nearest`.
+/// What the pixels of a region hold, beside the 1/w of something behind them.
+enum Region {
+    /// Some hold something farther.
+    Open,
+    /// Some hold something as far, none something farther.
+    Tied,
+    /// All hold something nearer.
+    Hidden,
+}
+
+/// The pixels from `low` to `high` (column and row, whole numbers) beside 1/w `nearest`.
 #[inline(always)]
-fn region_is_hidden<S: Lanes>(
+fn look_at_region<S: Lanes>(
     simd: S,
     tile: &Tile,
     low: [f32; 2],
     high: [f32; 2],
-    nearest: S::f32s,
-) -> bool {
+    nearest: f32,
+) -> Region {
+    let nearest = S::f32s::splat(simd, nearest);
+    let mut found = Region::Hidden;
     macro_rules! pixel {
         ($v:expr) => {
             S::f32s::splat(simd, $v - HALF)
@@ -151,22 +166,48 @@ fn region_is_hidden<S: Lanes>(
             let at = TABLES.block(bx, by);
             let mut i = 0;
             while i < 16 {
-                let open = load(simd, &tile.z, at + i).simd_le(nearest);
+                let z = load(simd, &tile.z, at + i);
+                let open = z.simd_le(nearest);
                 if open.any_true() {
                     let (x, y) = (
                         load(simd, &TABLES.x[bx % BLOCKS], i),
                         load(simd, &TABLES.y[by % BLOCKS], i),
                     );
                     let inside = x.simd_ge(x0) & x.simd_le(x1) & y.simd_ge(y0) & y.simd_le(y1);
+                    if (z.simd_lt(nearest) & inside).any_true() {
+                        return Region::Open;
+                    }
                     if (open & inside).any_true() {
-                        return false;
+                        found = Region::Tied;
                     }
                 }
                 i += lanes::<S>();
             }
         }
     }
-    true
+    found
+}
+
+/// True when the pixels of a region that hold something exactly as far as a leaf's nearest vertex hold a lower number
+/// of the file than all of the leaf's. So it goes where many triangles lie in one plane across the view.
+#[cold]
+#[inline(never)]
+fn ties_lose(
+    file_ids: &[u32],
+    leaf: Leaf<'_>,
+    tile: &Tile,
+    low: [f32; 2],
+    high: [f32; 2],
+    nearest: f32,
+) -> bool {
+    let first = leaf.first_id() as usize;
+    let lowest = file_ids[first..first + leaf.count()].iter().min();
+    (low[1] as usize..=high[1] as usize).all(|y| {
+        (low[0] as usize..=high[0] as usize).all(|x| {
+            let at = TABLES.pixel(x, y);
+            tile.z[at] != nearest || Some(&file_ids[tile.id[at] as usize]) < lowest
+        })
+    })
 }
 
 /// Transforms the leaf's vertices.

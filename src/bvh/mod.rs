@@ -18,6 +18,8 @@ mod radix;
 mod stats;
 mod validate;
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use fine::LeafShape;
@@ -131,8 +133,18 @@ impl Bvh {
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         if child.is_leaf() {
-            for line in 0..1 + 3 * child.chunks() {
-                prefetch(&self.lines, child.index(), line);
+            let fetch = |lines: Range<usize>| {
+                for line in lines {
+                    prefetch(&self.lines, child.index(), line);
+                }
+            };
+            // Fixed lengths: the end of one loop over all of them is hard to predict.
+            fetch(0..4);
+            if child.chunks() > 1 {
+                fetch(4..7);
+            }
+            if child.chunks() > 2 {
+                fetch(7..10);
             }
         } else {
             for line in 0..size_of::<Node>() / 64 {

@@ -56,6 +56,10 @@ impl Horizon {
     /// True when something at distance `near` in one of `blocks` could be seen.
     #[inline(always)]
     fn sees<S: Lanes>(&mut self, simd: S, near: f32, blocks: u64, tile: &mut Tile) -> bool {
+        // No need to compare where a pixel is known to be open.
+        if blocks & self.open & !self.dirty != 0 {
+            return true;
+        }
         let nears = S::f32s::splat(simd, near);
         let mut visible = 0u64;
         let mut i = 0;
@@ -261,21 +265,20 @@ impl Tracer {
             if depth + 8 > stack.len() {
                 stack.resize(2 * stack.len(), Entry::NONE);
             }
-            let all_near = f32x8::load_array_ref(simd, &survivors.near);
+            let keys = f32x8::load_array_ref(simd, &survivors.order);
             let mut left = survivors.mask;
             while left != 0 {
                 let i = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.children[i];
                 bvh.prefetch(child);
-                let near = survivors.near[i];
-                // Nearest on top: as deep as there are farther ones; of equals, the later lies deeper.
-                let nears = f32x8::splat(simd, near);
-                let farther = all_near.simd_gt(nears).to_bitmask() as u32;
-                let as_far = all_near.simd_ge(nears).to_bitmask() as u32;
-                let below = (farther | as_far & (u32::MAX << i << 1)) & survivors.mask;
+                // First on top: as deep as there are later ones; of equals, the one with the higher number lies deeper.
+                let key = f32x8::splat(simd, survivors.order[i]);
+                let later = keys.simd_gt(key).to_bitmask() as u32;
+                let not_before = keys.simd_ge(key).to_bitmask() as u32;
+                let below = (later | not_before & (u32::MAX << i << 1)) & survivors.mask;
                 stack[depth + below.count_ones() as usize] = Entry {
-                    near,
+                    near: survivors.near[i],
                     child,
                     blocks: survivors.block_mask(i),
                 };

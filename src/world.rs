@@ -55,7 +55,7 @@ impl World {
         };
         let (bvh, mirror_records) = Bvh::build_with(&scene.triangles, quality, &records);
         let triangle_count = scene.triangles.len();
-        let bounds = if bvh.file_ids.len() == triangle_count {
+        let bounds = if bvh.file_ids.len() + bvh.copies == triangle_count {
             bvh.bounds
         } else {
             Aabb::of_triangles(&scene.triangles)
@@ -98,7 +98,7 @@ impl World {
     /// Triangles that are never hit because they have no area.
     #[must_use]
     pub fn degenerate_count(&self) -> usize {
-        self.triangle_count - self.bvh.file_ids.len()
+        self.triangle_count - self.bvh.copies - self.bvh.file_ids.len()
     }
 
     /// In leaf order.

@@ -200,6 +200,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
         lines: whole.lines,
         file_ids: whole.file_ids,
         bounds,
+        copies: 0,
     };
     (bvh, whole.records)
 }

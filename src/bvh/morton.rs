@@ -143,6 +143,8 @@ fn spread<S: Simd>(x: i32x8<S>) -> i32x8<S> {
 pub(super) struct Sorted {
     pub(super) keys: Vec<Key>,
     pub(super) bounds: Aabb,
+    /// Some cells hold so many triangles that there may be copies among them.
+    pub(super) crowded: bool,
 }
 
 /// All triangles that have an area.
@@ -184,9 +186,11 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
         let bounds = around(|piece| piece.bounds);
         if better == grid || bounds.is_empty() {
             let runs: Vec<_> = pieces.into_iter().map(|piece| piece.runs).collect();
+            let (keys, crowded) = merge(&runs);
             return Sorted {
-                keys: merge(&runs),
+                keys,
                 bounds,
+                crowded,
             };
         }
         grid = better;

@@ -40,7 +40,7 @@ pub enum Quality {
     Coarse,
 }
 
-/// Puts one record for each of the triangles with these numbers into an empty vector.
+/// Appends one record for each of the triangles with these numbers.
 pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Vec<R>) + Sync + 'a;
 
 /// A tree over the triangles that have an area.

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::block::{Block, LANES, Place};
+use super::block::{Block, Cell, LANES, Place};
 use super::frame::{LightFrame, Seen};
 use super::open::OpenTriangles;
 use crate::raw::prefetch;
@@ -325,20 +325,17 @@ impl LightGrid {
         self.starts.push(next);
         let mut blocks = vec![Block::EMPTY; next as usize];
         counts.fill(0);
-        let side = (self.side + 8.0 * self.frame.blur) as f32;
+        let blur = self.frame.blur;
+        let side = self.side + 8.0 * blur;
         for shadow in shadows {
             for [column, row] in self.cells_of(shadow) {
                 let cell = self.cell(column, row);
                 let at = counts[cell] as usize;
                 counts[cell] += 1;
+                let block = &mut blocks[self.starts[cell] as usize + at / LANES];
                 let middle = self.middle(column, row);
-                blocks[self.starts[cell] as usize + at / LANES].put(
-                    at % LANES,
-                    &shadow.corners,
-                    shadow.id,
-                    middle,
-                    side,
-                );
+                let cell = Cell { middle, side, blur };
+                block.put(at % LANES, &shadow.corners, shadow.id, &cell);
             }
         }
         self.blocks = blocks;

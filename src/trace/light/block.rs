@@ -15,7 +15,8 @@
 //! ray meets the moved triangle, there is a point of the triangle itself so near: its plane at the ray is at least
 //! −4urs above the origin, with s the sum of 1 and its slopes. When the line meets it, but behind the origin or there,
 //! H is at most 4urs. H itself is found with an error below 5ur + 8uds (d: a cell's side), if the triangle is not all
-//! too narrow. So beyond a margin of 16urs + 16uds the sign of H decides. For a plane too steep or a triangle too
+//! too narrow. So beyond a margin of 16urs + 16uds the sign of H decides, at once for all rays of a cell that start
+//! higher than the plane and its margin rise in it. For a plane too steep or a triangle too
 //! narrow, its highest and lowest corner decide.
 
 use super::frame::Seen;
@@ -53,6 +54,58 @@ pub struct Cell {
     pub blur: f64,
 }
 
+/// The plane of a triangle over a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    /// z = a·x + b·y + c, counted from the cell's middle.
+    plane: [f64; 3],
+    /// |a| + |b|.
+    steep: f64,
+    /// So far above or below it a point certainly is.
+    margin: f64,
+    /// The most that two corners lie apart across the light, along an axis.
+    width: f64,
+    /// No point of the triangle in the cell lies higher.
+    pub top: f32,
+}
+
+impl Plane {
+    /// That of a triangle with these corners.
+    pub fn new(corners: &[Seen; 3], cell: &Cell) -> Plane {
+        let [a, b, c] = *corners;
+        let edge = |p: Seen| [p.x - a.x, p.y - a.y, f64::from(p.z) - f64::from(a.z)];
+        let ([ux, uy, uz], [vx, vy, vz]) = (edge(b), edge(c));
+        let normal = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+        let most = |x: f64, y: f64| x.abs().max(y.abs());
+        let width = most(ux, vx).max(most(uy, vy)).max(most(ux - vx, uy - vy));
+        let slopes = [-normal[0] / normal[2], -normal[1] / normal[2]];
+        let steep = slopes[0].abs() + slopes[1].abs();
+        let margin = cell.blur + 16.0 * f64::from(ROUNDOFF) * cell.side;
+        let [low, high] = [a.z.min(b.z.min(c.z)), a.z.max(b.z.max(c.z))];
+        if normal[2] > width * width.max(cell.blur) * NARROW && steep < STEEPEST {
+            let rise = |k: usize, p: f64| slopes[k] * (cell.middle[k] - p);
+            let height = f64::from(a.z) + rise(0, a.x) + rise(1, a.y);
+            let margin = margin * (1.0 + steep);
+            Plane {
+                plane: [slopes[0], slopes[1], height],
+                steep,
+                margin,
+                width,
+                top: high.min((height + steep * cell.side * 0.5 + margin) as f32),
+            }
+        } else {
+            let [low, high_z] = [low, high].map(f64::from);
+            Plane {
+                plane: [0.0, 0.0, (low + high_z) * 0.5],
+                steep: 0.0,
+                margin: margin + (high_z - low) * 0.501,
+                width,
+                top: high,
+            }
+        }
+    }
+}
+
 /// Eight triangles as the light sees them from the middle of their cell, all counter-clockwise.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +121,7 @@ pub struct Block {
     more_error: [f32; LANES],
     /// Numbers in leaf order.
     ids: [u32; LANES],
-    /// The highest z.
+    /// No triangle rises higher in the cell.
     top: f32,
 }
 
@@ -96,55 +149,33 @@ impl Block {
     };
 
     /// Puts a triangle into lane `lane`, and into those behind it until others come: repeating one changes nothing.
-    pub fn put(&mut self, lane: usize, corners: &[Seen; 3], id: u32, cell: &Cell) {
-        let [a, b, c] = *corners;
-        let edge = |p: Seen| [p.x - a.x, p.y - a.y, f64::from(p.z) - f64::from(a.z)];
-        let ([ux, uy, uz], [vx, vy, vz]) = (edge(b), edge(c));
-        let normal = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    /// `top`: that of its [`Plane`].
+    pub fn put(&mut self, lane: usize, corners: &[Seen; 3], id: u32, cell: &Cell, top: f32) {
         for (i, p) in corners.iter().enumerate() {
             self.across[i][lane..].fill((p.x - cell.middle[0]) as f32);
             self.across[3 + i][lane..].fill((p.y - cell.middle[1]) as f32);
-            self.top = self.top.max(p.z);
         }
-        let most = |x: f64, y: f64| x.abs().max(y.abs());
-        let width = most(ux, vx).max(most(uy, vy)).max(most(ux - vx, uy - vy));
-        let slopes = [-normal[0] / normal[2], -normal[1] / normal[2]];
-        let mut steep = slopes[0].abs() + slopes[1].abs();
-        let unit = f64::from(ROUNDOFF);
-        let margin = cell.blur + 16.0 * unit * cell.side;
-        let (plane, margin) =
-            if normal[2] > width * width.max(cell.blur) * NARROW && steep < STEEPEST {
-                let rise = |k: usize, p: f64| slopes[k] * (cell.middle[k] - p);
-                let height = f64::from(a.z) + rise(0, a.x) + rise(1, a.y);
-                ([slopes[0], slopes[1], height], margin * (1.0 + steep))
-            } else {
-                steep = 0.0;
-                let low = f64::from(a.z.min(b.z.min(c.z)));
-                let high = f64::from(a.z.max(b.z.max(c.z)));
-                (
-                    [0.0, 0.0, (low + high) * 0.5],
-                    margin + (high - low) * 0.501,
-                )
-            };
-        for (row, p) in self.plane.iter_mut().zip(plane) {
+        let plane = Plane::new(corners, cell);
+        for (row, p) in self.plane.iter_mut().zip(plane.plane) {
             row[lane..].fill(p as f32);
         }
-        let spread = (width + cell.side) * 1.001;
-        let more_error = 32.0 * unit * spread;
-        let edge_error = more_error * (spread * (1.0 + steep) + margin) * 1.01;
-        self.margin[lane..].fill(margin as f32);
+        let spread = (plane.width + cell.side) * 1.001;
+        let more_error = 32.0 * f64::from(ROUNDOFF) * spread;
+        let edge_error = more_error * (spread * (1.0 + plane.steep) + plane.margin) * 1.01;
+        self.margin[lane..].fill(plane.margin as f32);
         self.edge_error[lane..].fill(edge_error as f32);
         self.more_error[lane..].fill(more_error as f32);
         self.ids[lane..].fill(id);
+        self.top = self.top.max(top);
     }
 
-    /// True when all triangles, and those of the blocks behind, lie below a ray's origin.
+    /// True when all triangles, and those of the blocks behind, certainly lie below a ray's origin.
     #[inline(always)]
     pub fn is_below(&self, z: f32) -> bool {
         self.top <= z
     }
 
-    /// The highest z.
+    /// No triangle rises higher in the cell.
     pub fn top(&self) -> f32 {
         self.top
     }

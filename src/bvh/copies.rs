@@ -17,7 +17,7 @@ use crate::scene::Triangle;
 
 /// Keys so far apart are compared: cells with twice as many triangles are always found crowded, those with at most as
 /// many never.
-const STRIDE: usize = 8;
+const STRIDE: usize = 16;
 
 /// Whether a cell of `keys`, in order, is crowded.
 #[inline(always)]
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn of_copies_in_a_crowded_cell_the_first_stays() {
-        for (groups, copies) in [(1, 17), (3, 40), (100, 11), (1000, 1), (5, 3000)] {
+        for (groups, copies) in [(1, 33), (3, 40), (100, 11), (1000, 1), (5, 3000)] {
             let triangles = copied(groups, copies);
             for quality in [Quality::Fine, Quality::Coarse] {
                 let (bvh, _) = Bvh::build_with(&triangles, quality, &|_, _: &mut Vec<()>| {});
@@ -151,34 +151,34 @@ mod tests {
 
     #[test]
     fn the_same_corners_in_another_order_are_no_copy() {
-        let mut triangles = copied(1, 30);
+        let mut triangles = copied(1, 60);
         for triangle in &mut triangles[10..20] {
             triangle.corners.rotate_left(1);
         }
-        triangles[29].corners[0].x += 1e-6;
+        triangles[59].corners[0].x += 1e-6;
         let mut keys = morton::sort_all(&triangles).keys;
-        assert_eq!(drop_copies(&triangles, &mut keys), 27);
+        assert_eq!(drop_copies(&triangles, &mut keys), 57);
         let left: Vec<u32> = keys.iter().map(|&key| number(key)).collect();
-        assert_eq!(left, [0, 10, 29, 30]);
+        assert_eq!(left, [0, 10, 59, 60]);
         assert_eq!(drop_copies(&triangles, &mut keys), 0, "a second time");
     }
 
     #[test]
-    fn cells_of_sixteen_are_always_crowded_and_of_eight_never() {
-        for length in [0, 1, 8, 16, 17, 100] {
-            for before in 0..20u64 {
+    fn cells_of_thirty_two_are_always_crowded_and_of_sixteen_never() {
+        for length in [0, 1, 16, 17, 32, 33, 100] {
+            for before in 0..40u64 {
                 let codes = (0..before)
-                    .chain(std::iter::repeat_n(20, length))
-                    .chain(21..50);
+                    .chain(std::iter::repeat_n(40, length))
+                    .chain(41..90);
                 let keys: Vec<Key> = codes.map(|code| code << 32).collect();
                 let cells = crowded_cells(&keys);
                 assert_eq!(is_crowded(&keys), !cells.is_empty());
                 let start = before as usize;
-                if length >= 16 {
+                if length >= 32 {
                     assert_eq!(cells.len(), 1);
                     assert_eq!(cells[0], start..start + length);
                 } else {
-                    assert!(length > 8 || cells.is_empty());
+                    assert!(length > 16 || cells.is_empty());
                 }
             }
         }

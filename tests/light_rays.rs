@@ -195,6 +195,54 @@ fn rims_and_heights_of_surfaces_are_hidden_as_every_triangle_says() {
     }
 }
 
+/// A ground of two triangles under `n` walls of sizes down to a thousandth, some of them as thin as the rounding.
+fn walls(random: &mut Random, n: usize, at: Vec3) -> Vec<[Vec3; 3]> {
+    let corner = |x: f32, z: f32| at + Vec3::new(x, 0.0, z);
+    let [a, b, c, d] =
+        [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, z)| corner(x, z));
+    let mut triangles = vec![[a, b, c], [c, d, a]];
+    for _ in 0..n {
+        let low = corner(random.range(-3.0, 3.0), random.range(-3.0, 3.0));
+        let size = [1.0, 0.1, 0.01, 1e-3][random.below(4) as usize];
+        let along = [Vec3::X, Vec3::Z, random.point(), Vec3::X * 1e-6][random.below(4) as usize];
+        let high = low + Vec3::Y * size;
+        triangles.push([low, low + along * size, high]);
+        triangles.push([high + along * size, high, low + along * size]);
+    }
+    triangles
+}
+
+#[test]
+fn walls_on_a_large_ground_are_hidden_as_every_triangle_says() {
+    for (seed, at) in (0..).zip([Vec3::ZERO, Vec3::splat(400.0)]) {
+        let mut random = Random::new(seed);
+        let triangles = walls(&mut random, 60, at);
+        let mut starts = Vec::new();
+        for (i, corners) in (0..).zip(&triangles) {
+            let [a, b, c] = *corners;
+            let normal = unit_normal(corners).as_vec3();
+            for _ in 0..if i < 2 { 300 } else { 12 } {
+                // Near what stands there, on the ground and off it by about what rounding does.
+                let point = if i < 2 {
+                    let [p, q, _] = triangles[2 + random.below(120) as usize];
+                    let foot = p + (q - p) * random.range(-0.5, 1.5);
+                    Vec3::new(foot.x, at.y, foot.z)
+                } else {
+                    a + (b - a) * random.unit() + (c - a) * random.unit()
+                };
+                let off =
+                    [-1e-4, -1e-5, -1e-6, 0.0, 1e-6, 1e-5, 1e-4, 1e-3][random.below(8) as usize];
+                starts.push(start(point + normal * off, i));
+            }
+        }
+        let hidden = LIGHTS.map(|l| compare_starts("walls", triangles.clone(), l, &starts));
+        assert!(
+            hidden.iter().sum::<usize>() > 300,
+            "seed {seed}: {hidden:?}"
+        );
+    }
+}
+
 #[test]
 fn crowds_and_giants_are_hidden_as_every_triangle_says() {
     let mut random = Random::new(23);

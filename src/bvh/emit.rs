@@ -2,7 +2,8 @@
 //!
 //! The top of a tree is a skeleton whose ends are parts. Parts that follow each other are written as one piece, with
 //! indices of its own; then all pieces are laid end to end behind the nodes of the top. What a piece holds, and where
-//! it starts, depends on the skeleton alone: the threads never decide a byte.
+//! it starts, depends on the skeleton alone: the threads never decide a byte. A thread that is alone writes each piece
+//! where it belongs.
 
 use rayon::prelude::*;
 
@@ -17,8 +18,10 @@ use crate::simd::Simd;
 
 /// Pieces have about so many triangles: what is read and written for them stays in the second-level cache.
 const PIECE: usize = 1 << 10;
-/// Pieces that are written before they are laid end to end.
+/// Pieces that are written before they are laid end to end, at most.
 const PIECES_A_THREAD: usize = 16;
+/// And at most one in so many of all: what they hold is held twice.
+const SHARE: usize = 4;
 
 /// The top of a tree over parts.
 pub(super) enum Top<T> {
@@ -85,10 +88,12 @@ impl Piece<'_> {
         let first = self.first_id + self.file_ids.len() as u32;
         self.file_ids.extend_from_slice(numbers);
         let (packer, lines) = (&mut self.packer, &mut self.lines);
-        Branch {
-            child: packer.leaf(simd, self.triangles, numbers, first, lines),
-            bounds,
-        }
+        // Builders call themselves, which the compiler inlines nowhere: without this, no wide instructions.
+        let child = simd.vectorize(
+            #[inline(always)]
+            || packer.leaf(simd, self.triangles, numbers, first, lines),
+        );
+        Branch { child, bounds }
     }
 
     /// A place for a node; what is below it comes behind.
@@ -151,32 +156,39 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     let top = top.take_parts(&mut parts);
     // The root is a node: a lone part gets one above it.
     let top_count = top.node_count().max(1);
-    let mut whole = Whole {
-        total: parts.iter().map(&size).sum(),
-        nodes: vec![Node::EMPTY; top_count],
+    let empty = || Piece {
+        triangles,
+        padding,
+        nodes: Vec::new(),
         lines: Vec::new(),
         file_ids: Vec::new(),
+        first_id: 0,
+        roots: Vec::new(),
+        packer: Packer::new(),
+    };
+    let mut whole = Whole {
+        total: parts.iter().map(&size).sum(),
+        piece: empty(),
         records: Vec::new(),
-        roots: Vec::with_capacity(parts.len()),
     };
-    let empty = || {
-        let piece = Piece {
-            triangles,
-            padding,
-            nodes: Vec::with_capacity(PIECE / 16),
-            lines: Vec::with_capacity(PIECE),
-            file_ids: Vec::with_capacity(2 * PIECE),
-            first_id: 0,
-            roots: Vec::new(),
-            packer: Packer::new(),
-        };
-        (piece, Vec::with_capacity(2 * PIECE))
-    };
-    let at_once = PIECES_A_THREAD * rayon::current_num_threads();
+    whole.piece.nodes.resize(top_count, Node::EMPTY);
+    let groups = group(&parts, &size);
+    let threads = rayon::current_num_threads();
+    let at_once = (groups.len() / SHARE).clamp(threads, PIECES_A_THREAD * threads);
     let mut pieces = Vec::new();
     let mut first_id = 0;
-    for groups in group(&parts, &size).chunks(at_once) {
-        pieces.resize_with(groups.len(), empty);
+    for groups in groups.chunks(at_once) {
+        if threads == 1 {
+            for parts in groups {
+                let piece = &mut whole.piece;
+                let first = piece.file_ids.len();
+                write(piece, parts);
+                records(&piece.file_ids[first..], &mut whole.records);
+            }
+            whole.make_room();
+            continue;
+        }
+        pieces.resize_with(groups.len(), || (empty(), Vec::new()));
         for ((piece, _), parts) in pieces.iter_mut().zip(groups) {
             piece.first_id = first_id as u32;
             first_id += parts.iter().map(&size).sum::<usize>();
@@ -190,51 +202,74 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
             });
         whole.append(&mut pieces);
     }
-    let mut next = (0, whole.roots.iter());
-    let root = place_top(&top, &mut whole.nodes, &mut next, padding);
+    let Whole { piece, records, .. } = whole;
+    let Piece {
+        mut nodes,
+        lines,
+        file_ids,
+        roots,
+        ..
+    } = piece;
+    let root = place_top(&top, &mut nodes, &mut (0, roots.iter()), padding);
     if let Top::Part(()) = top {
-        set_child(&mut whole.nodes[0], 0, &root, padding);
+        set_child(&mut nodes[0], 0, &root, padding);
     }
     let bvh = Bvh {
-        nodes: whole.nodes,
-        lines: whole.lines,
-        file_ids: whole.file_ids,
+        nodes,
+        lines,
+        file_ids,
         bounds,
+        copies: 0,
     };
-    (bvh, whole.records)
+    (bvh, records)
 }
 
-/// The tree as far as it is written: the top's nodes, still empty, and pieces behind them.
-struct Whole<R> {
+/// The tree as far as it is written.
+struct Whole<'a, R> {
     /// Triangles that there will be.
     total: usize,
-    nodes: Vec<Node>,
-    lines: Vec<Line>,
-    file_ids: Vec<u32>,
+    /// The top's nodes, still empty, and all that is written behind them.
+    piece: Piece<'a>,
     records: Vec<R>,
-    /// One for each part.
-    roots: Vec<Branch>,
 }
 
-impl<R: Copy + Send + Sync> Whole<R> {
+impl<R: Copy + Send + Sync> Whole<'_, R> {
+    /// Room for what is still to come, as far as it can be told.
+    fn make_room(&mut self) {
+        let Piece {
+            nodes,
+            lines,
+            file_ids,
+            roots,
+            ..
+        } = &mut self.piece;
+        let share = file_ids.len() as f64 / self.total as f64;
+        make_room(nodes, 0, share);
+        make_room(lines, 0, share);
+        make_room(file_ids, 0, share);
+        make_room(roots, 0, share);
+        make_room(&mut self.records, 0, share);
+    }
+
     /// Moves what is in `pieces` behind everything.
     fn append(&mut self, pieces: &mut [(Piece, Vec<R>)]) {
-        let (mut nodes, mut lines) = (self.nodes.len(), self.lines.len());
+        let all = &mut self.piece;
+        let (mut nodes, mut lines) = (all.nodes.len(), all.lines.len());
         for (piece, _) in &mut *pieces {
             piece.move_behind(nodes, lines);
             nodes += piece.nodes.len();
             lines += piece.lines.len();
         }
-        let all = &*pieces;
-        let written: usize = all.iter().map(|(piece, _)| piece.file_ids.len()).sum();
-        let share = (self.file_ids.len() + written) as f64 / self.total as f64;
+        let from = &*pieces;
+        let written: usize = from.iter().map(|(piece, _)| piece.file_ids.len()).sum();
+        let share = (all.file_ids.len() + written) as f64 / self.total as f64;
         rayon::join(
-            || append(&mut self.lines, all, share, |(piece, _)| &piece.lines),
+            || append(&mut all.lines, from, share, |(piece, _)| &piece.lines),
             || {
-                append(&mut self.nodes, all, share, |(piece, _)| &piece.nodes);
-                append(&mut self.file_ids, all, share, |(piece, _)| &piece.file_ids);
-                append(&mut self.records, all, share, |(_, records)| records);
-                append(&mut self.roots, all, share, |(piece, _)| &piece.roots);
+                append(&mut all.nodes, from, share, |(piece, _)| &piece.nodes);
+                append(&mut all.file_ids, from, share, |(piece, _)| &piece.file_ids);
+                append(&mut self.records, from, share, |(_, records)| records);
+                append(&mut all.roots, from, share, |(piece, _)| &piece.roots);
             },
         );
         for (piece, records) in pieces {
@@ -248,21 +283,27 @@ impl<R: Copy + Send + Sync> Whole<R> {
 }
 
 /// One column of all pieces, behind what is there; then `share` of the tree is there.
-///
-/// When there is no room, makes it for all that is to come if the rest is like this share: growing by doubling would
-/// copy everything again and again (aligned memory cannot grow where it is), and room that is never touched costs
-/// nothing.
 fn append<P, T: Copy>(all: &mut Vec<T>, pieces: &[P], share: f64, column: impl Fn(&P) -> &Vec<T>) {
     let more: usize = pieces.iter().map(|p| column(p).len()).sum();
-    if all.capacity() - all.len() < more {
-        let expected = ((all.len() + more) as f64 / share * 1.05) as usize;
-        let mut larger = Vec::with_capacity(expected.max(all.len() + more));
+    make_room(all, more, share);
+    for piece in pieces {
+        all.extend_from_slice(column(piece));
+    }
+}
+
+/// Room for `more` and for all that is to come after it, if the rest is like the share of the tree that is there
+/// then.
+///
+/// Growing by doubling would copy everything again and again (aligned memory cannot grow where it is), and room that
+/// is never touched costs nothing.
+fn make_room<T: Copy>(all: &mut Vec<T>, more: usize, share: f64) {
+    let expected = (all.len() + more) as f64 / share;
+    if expected > all.capacity() as f64 {
+        // A little more: the next share may say a little more.
+        let mut larger = Vec::with_capacity((expected * 1.05) as usize + 1);
         large_pages(larger.spare_capacity_mut());
         larger.extend_from_slice(all);
         *all = larger;
-    }
-    for piece in pieces {
-        all.extend_from_slice(column(piece));
     }
 }
 

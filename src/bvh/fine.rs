@@ -224,7 +224,15 @@ impl Fine<'_> {
             let sorted = morton::sort_again(self.triangles, keys);
             return self.top_of_keys(simd, &sorted.keys);
         }
-        even(keys)
+        // Around one middle all the same: nothing but their sizes tells them apart.
+        let mut sized: Vec<(f32, u32)> = keys
+            .iter()
+            .map(|&key| morton::number(key))
+            .map(|number| (self.prim(number).half_area(self.scale), number))
+            .collect();
+        sized.sort_unstable_by(|(a, i), (b, j)| b.total_cmp(a).then(i.cmp(j)));
+        let numbers: Vec<u32> = sized.into_iter().map(|(_, number)| number).collect();
+        even(&numbers)
     }
 
     /// Writes a part; `rooms` are kept from one to the next.
@@ -372,10 +380,15 @@ fn keys_of<'a>(keys: &'a [Key], cluster: &Prim) -> &'a [Key] {
     &rest[..rest.partition_point(|&key| morton::code(key) == cell)]
 }
 
-/// Triangles that nothing tells apart: parts of the same size.
-fn even(keys: &[Key]) -> Top<Vec<u32>> {
-    if keys.len() <= PART {
-        return Top::Part(keys.iter().map(|&key| morton::number(key)).collect());
+/// Parts of the same size.
+fn even(numbers: &[u32]) -> Top<Vec<u32>> {
+    if numbers.len() <= PART {
+        return Top::Part(numbers.to_vec());
     }
-    Top::Node(keys.chunks(keys.len().div_ceil(WIDTH)).map(even).collect())
+    Top::Node(
+        numbers
+            .chunks(numbers.len().div_ceil(WIDTH))
+            .map(even)
+            .collect(),
+    )
 }

@@ -4,10 +4,12 @@
 //! each vertex once. They are large because the kernels test 16 triangles about as fast as 4. There are two builders:
 //! [`fine`] looks for cuts that make frames fast, [`coarse`] is there when the first picture must not wait. Both
 //! start from the triangles in Morton order ([`morton`]), write nodes and leaves at once ([`emit`]) and give the same
-//! bytes for any number of threads.
+//! bytes for any number of threads. What can never be seen is left out: triangles without an area, and copies of
+//! others where they gather ([`copies`]).
 
 mod binned;
 mod coarse;
+mod copies;
 mod emit;
 mod fine;
 mod morton;
@@ -40,7 +42,7 @@ pub enum Quality {
     Coarse,
 }
 
-/// Puts one record for each of the triangles with these numbers into an empty vector.
+/// Appends one record for each of the triangles with these numbers.
 pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Vec<R>) + Sync + 'a;
 
 /// A tree over the triangles that have an area.
@@ -54,10 +56,13 @@ pub struct Bvh {
     pub file_ids: Vec<u32>,
     /// The box of all triangles in the tree.
     pub bounds: Aabb,
+    /// Triangles left out because one with a lower number has the very same corners.
+    pub copies: usize,
 }
 
 impl Bvh {
-    /// Builds the tree for fast frames, in parallel on the current rayon pool. Degenerate triangles are left out.
+    /// Builds the tree for fast frames, in parallel on the current rayon pool. Degenerate triangles are left out, and
+    /// copies of others where many triangles share a place.
     ///
     /// # Panics
     /// Beyond 2³² triangles or 2²⁷ lines of leaves (8 GiB).
@@ -75,13 +80,13 @@ impl Bvh {
         Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Vec<()>| {}).0
     }
 
-    /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles.
+    /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles. Copies stay.
     ///
     /// # Panics
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_for_rays(triangles: &[Triangle]) -> Bvh {
-        Bvh::sorted(triangles, |sorted| {
+        Bvh::over(morton::sort_all(triangles), |sorted| {
             fine::build(triangles, sorted, LeafShape::RAYS, &|_, _: &mut Vec<()>| {})
         })
         .0
@@ -98,18 +103,23 @@ impl Bvh {
         quality: Quality,
         records: &PartRecords<R>,
     ) -> (Bvh, Vec<R>) {
-        Bvh::sorted(triangles, |sorted| match quality {
+        let mut sorted = morton::sort_all(triangles);
+        let mut copies = 0;
+        if sorted.crowded {
+            copies = copies::drop_copies(triangles, &mut sorted.keys);
+        }
+        let (bvh, records) = Bvh::over(sorted, |sorted| match quality {
             Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records),
             Quality::Coarse => coarse::build(triangles, &sorted, records),
-        })
+        });
+        (Bvh { copies, ..bvh }, records)
     }
 
-    /// Sorts the triangles and hands them to `build`; without any there is nothing to build.
-    fn sorted<R>(
-        triangles: &[Triangle],
+    /// Hands the triangles to `build`; without any there is nothing to build.
+    fn over<R>(
+        sorted: morton::Sorted,
         build: impl FnOnce(morton::Sorted) -> (Bvh, Vec<R>),
     ) -> (Bvh, Vec<R>) {
-        let sorted = morton::sort_all(triangles);
         if !sorted.keys.is_empty() {
             return build(sorted);
         }
@@ -118,6 +128,7 @@ impl Bvh {
             lines: Vec::new(),
             file_ids: Vec::new(),
             bounds: Aabb::EMPTY,
+            copies: 0,
         };
         (empty, Vec::new())
     }

@@ -17,6 +17,12 @@ use crate::simd::{Kernel, Simd, SimdBase, SimdCvtTruncate, dispatch, f32x8, i32x
 const AXIS_BITS: u32 = CODE_BITS / 3;
 /// Triangles that are measured and numbered as one piece.
 const PIECE: usize = 1 << 15;
+/// To choose the grid, eight triangles in so many are looked at, where there are many.
+const SAMPLED: usize = 64;
+/// So many triangles are many.
+const MANY: usize = 1 << 13;
+/// How much larger than the middles of those triangles the grid is, each way, in grids.
+const MARGIN: f32 = 1.0 / 64.0;
 /// So few keys are looked through one by one.
 const FEW_KEYS: usize = 64;
 
@@ -69,8 +75,10 @@ impl<S: Simd> Eight<S> {
     #[inline(always)]
     fn new(simd: S, triangles: &[Triangle], numbers: &[u32]) -> Eight<S> {
         let last = numbers.len() - 1;
-        let of_lane: [&Triangle; 8] =
-            std::array::from_fn(|lane| &triangles[numbers[lane.min(last)] as usize]);
+        let mut of_lane = [&triangles[numbers[last] as usize]; 8];
+        for (triangle, &number) in of_lane.iter_mut().zip(numbers) {
+            *triangle = &triangles[number as usize];
+        }
         let a = corner_lanes(simd, &of_lane, 0);
         let b = corner_lanes(simd, &of_lane, 1);
         let c = corner_lanes(simd, &of_lane, 2);
@@ -102,15 +110,27 @@ struct Grid {
 }
 
 impl Grid {
-    /// Over all `middles`.
-    fn over(middles: Aabb) -> Grid {
+    /// Over all `middles`, with `margin` times its size around them.
+    fn over(middles: Aabb, margin: f32) -> Grid {
         let half_size = (middles.max * 0.5 - middles.min * 0.5).max_element();
+        let half_size = half_size * (1.0 + 2.0 * margin);
         // A little less than the number of cells, so that rounding does not lead beyond the last one.
         let factor = ((1 << AXIS_BITS) as f32 * 0.9999) / half_size;
         Grid {
-            origin: middles.min * 0.5,
+            origin: middles.min * 0.5 - half_size * margin,
             factor: factor.min(f32::MAX),
         }
+    }
+
+    /// Whether it is all around `middles`, and not much larger.
+    fn suits(&self, middles: &Aabb) -> bool {
+        let (low, high) = (
+            middles.min * 0.5 - self.origin,
+            middles.max * 0.5 - self.origin,
+        );
+        let size = (1 << AXIS_BITS) as f32 / self.factor;
+        let used = (high - low).max_element();
+        low.min_element() >= 0.0 && high.max_element() <= size && used >= size * 0.9
     }
 
     #[inline(always)]
@@ -143,6 +163,8 @@ fn spread<S: Simd>(x: i32x8<S>) -> i32x8<S> {
 pub(super) struct Sorted {
     pub(super) keys: Vec<Key>,
     pub(super) bounds: Aabb,
+    /// Some cells hold so many triangles that there may be copies among them.
+    pub(super) crowded: bool,
 }
 
 /// All triangles that have an area.
@@ -164,11 +186,17 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
     };
     let kernel = Kernel::best();
     let starts: Vec<usize> = (0..count).step_by(PIECE).collect();
+    let (step, margin) = if count < MANY {
+        (8, 0.0)
+    } else {
+        (SAMPLED, MARGIN)
+    };
     let middles: Vec<Aabb> = starts
         .par_iter()
-        .map(|&start| dispatch!(kernel, simd => source.middles(simd, start)))
+        .map(|&start| dispatch!(kernel, simd => source.middles(simd, start, step)))
         .collect();
-    let mut grid = Grid::over(middles.into_iter().fold(Aabb::EMPTY, Aabb::join));
+    let mut grid = Grid::over(middles.into_iter().fold(Aabb::EMPTY, Aabb::join), margin);
+    let mut chosen_again = false;
     let mut room = keys_room(count);
     loop {
         let pieces: Vec<Piece> = starts
@@ -180,16 +208,18 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
             .collect();
         let around = |of: fn(&Piece) -> Aabb| pieces.iter().map(of).fold(Aabb::EMPTY, Aabb::join);
         // Triangles without an area count for nothing: they must not make cells larger.
-        let better = Grid::over(around(|piece| piece.middles));
-        let bounds = around(|piece| piece.bounds);
-        if better == grid || bounds.is_empty() {
+        let (middles, bounds) = (around(|piece| piece.middles), around(|piece| piece.bounds));
+        if chosen_again || grid.suits(&middles) || bounds.is_empty() {
             let runs: Vec<_> = pieces.into_iter().map(|piece| piece.runs).collect();
+            let (keys, crowded) = merge(&runs);
             return Sorted {
-                keys: merge(&runs),
+                keys,
                 bounds,
+                crowded,
             };
         }
-        grid = better;
+        grid = Grid::over(middles, 0.0);
+        chosen_again = true;
     }
 }
 
@@ -201,24 +231,27 @@ struct Source<'a, F> {
 }
 
 impl<F: Fn(usize) -> u32> Source<'_, F> {
-    /// Calls `each` with eight numbers of a piece after the other; at its end with fewer.
+    /// Calls `each` with eight numbers of every `step` of a piece after the other; at its end with fewer.
     #[inline(always)]
-    fn eights(&self, start: usize, mut each: impl FnMut(&[u32])) {
+    fn eights(&self, start: usize, step: usize, mut each: impl FnMut(&[u32])) {
         let end = self.count.min(start + PIECE);
-        for at in (start..end).step_by(8) {
-            let numbers: [u32; 8] =
-                std::array::from_fn(|lane| (self.number_at)((at + lane).min(end - 1)));
+        for at in (start..end).step_by(step) {
+            let mut numbers = [0; 8];
+            for (number, place) in numbers.iter_mut().zip(at..) {
+                *number = (self.number_at)(place.min(end - 1));
+            }
             each(&numbers[..(end - at).min(8)]);
         }
     }
 
-    /// The box of the middles of a piece, of triangles without an area as well: to tell them apart takes as long as
-    /// all the rest.
+    /// The box of the middles of eight triangles of every `step` of a piece, of those without an area as well: to
+    /// tell them apart takes as long as all the rest.
     #[inline(always)]
-    fn middles<S: Simd>(&self, simd: S, start: usize) -> Aabb {
+    fn middles<S: Simd>(&self, simd: S, start: usize, step: usize) -> Aabb {
         let mut middles = BoxLanes::empty(simd);
         self.eights(
             start,
+            step,
             #[inline(always)]
             |numbers| {
                 let eight = Eight::new(simd, self.triangles, numbers);
@@ -243,6 +276,7 @@ impl<F: Fn(usize) -> u32> Source<'_, F> {
         unsorted.clear();
         self.eights(
             start,
+            8,
             #[inline(always)]
             |numbers| {
                 let mut eight = Eight::new(simd, self.triangles, numbers);
@@ -348,10 +382,13 @@ mod tests {
     #[test]
     fn codes_use_the_whole_grid_and_no_more() {
         for scale in [1e-30f32, 1.0, 1e38] {
-            let grid = Grid::over(Aabb {
-                min: Vec3::splat(-3.0 * scale),
-                max: Vec3::splat(3.0 * scale),
-            });
+            let grid = Grid::over(
+                Aabb {
+                    min: Vec3::splat(-3.0 * scale),
+                    max: Vec3::splat(3.0 * scale),
+                },
+                0.0,
+            );
             let code = |p: Vec3| {
                 dispatch!(Kernel::best(), simd => {
                     grid.codes(&p.to_array().map(|c| f32x8::splat(simd, c)))[5]

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::copies::is_crowded;
 use crate::raw::large_pages;
 
 /// Bits of a code.
@@ -101,8 +102,8 @@ fn scatter<const N: usize>(
     }
 }
 
-/// All keys in order.
-pub(super) fn merge(runs: &[Runs]) -> Vec<Key> {
+/// All keys in order, and whether there are crowded cells.
+pub(super) fn merge(runs: &[Runs]) -> (Vec<Key>, bool) {
     let mut keys = keys_room(runs.iter().map(|r| r.keys.len()).sum());
     let mut rest = &mut keys[..];
     let mut buckets = Vec::new();
@@ -114,12 +115,14 @@ pub(super) fn merge(runs: &[Runs]) -> Vec<Key> {
         }
         rest = behind;
     }
-    buckets
+    let crowded = buckets
         .into_par_iter()
-        .for_each_init(Vec::new, |scratch, (bucket, keys)| {
+        .map_init(Vec::new, |scratch, (bucket, keys)| {
             sort_bucket(runs, bucket, keys, scratch);
-        });
-    keys
+            is_crowded(keys)
+        })
+        .reduce(|| false, |a, b| a | b);
+    (keys, crowded)
 }
 
 /// Puts the keys of one bucket into `to`, sorted by their other bits. `scratch`: memory to use.

@@ -1,5 +1,7 @@
 //! Checks of a whole tree against the triangles that it was built from.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 
 use super::node::{Child, WIDTH};
@@ -12,8 +14,9 @@ use crate::scene::Triangle;
 pub struct Invalid(pub String);
 
 impl Bvh {
-    /// Checks that every triangle with an area is in exactly one leaf, with the very bits of its corners, that
-    /// every box holds what is below it, and that every node and line is used once. O(triangles).
+    /// Checks that every triangle with an area is in exactly one leaf, with the very bits of its corners, or else is
+    /// counted as a copy of one with a lower number that is; that every box holds what is below it, and that every
+    /// node and line is used once. O(triangles).
     ///
     /// # Errors
     /// The first thing found wrong.
@@ -31,19 +34,34 @@ impl Bvh {
         ensure(check.nodes == self.nodes.len(), || "unused nodes".into())?;
         ensure(check.lines == self.lines.len(), || "unused lines".into())?;
         let solid = |&id: &usize| !is_degenerate(&triangles[id].corners);
-        let expected: Vec<usize> = (0..triangles.len()).filter(solid).collect();
-        ensure(self.file_ids.len() == expected.len(), || {
-            format!(
-                "{} triangles instead of {}",
-                self.file_ids.len(),
-                expected.len()
-            )
+        let (inside, outside): (Vec<usize>, Vec<usize>) = (0..triangles.len())
+            .filter(solid)
+            .partition(|&id| check.seen[id]);
+        ensure(self.file_ids.len() == inside.len(), || {
+            format!("{} triangles for {}", self.file_ids.len(), inside.len())
         })?;
-        for id in expected {
-            ensure(check.seen[id], || format!("triangle {id} is in no leaf"))?;
+        ensure(self.copies == outside.len(), || {
+            format!("{} copies are counted, not {}", outside.len(), self.copies)
+        })?;
+        if !outside.is_empty() {
+            let lowest: HashMap<_, _> = inside
+                .into_iter()
+                .rev()
+                .map(|id| (bits(triangles[id].corners), id))
+                .collect();
+            for id in outside {
+                let original = lowest.get(&bits(triangles[id].corners));
+                ensure(original.is_some_and(|&original| original < id), || {
+                    format!("triangle {id} is in no leaf")
+                })?;
+            }
         }
         Ok(())
     }
+}
+
+fn bits(corners: [Vec3; 3]) -> [[u32; 3]; 3] {
+    corners.map(|p| p.to_array().map(f32::to_bits))
 }
 
 fn ensure(holds: bool, what: impl FnOnce() -> String) -> Result<(), Invalid> {
@@ -111,7 +129,6 @@ impl Check<'_> {
             let seen = &mut self.seen[id as usize];
             ensure(!*seen, || format!("triangle {id} is in two leaves"))?;
             *seen = true;
-            let bits = |c: [Vec3; 3]| c.map(|p| p.to_array().map(f32::to_bits));
             let corners = leaf.corners(i);
             ensure(
                 bits(corners) == bits(self.triangles[id as usize].corners),

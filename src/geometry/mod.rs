@@ -4,4 +4,4 @@ mod aabb;
 mod triangle;
 
 pub use aabb::Aabb;
-pub use triangle::{corner_lanes, have_area_for_sure, is_degenerate, unit_normal};
+pub use triangle::{corner_lanes, edge_cross, have_area_for_sure, is_degenerate, unit_normal};

@@ -5,8 +5,9 @@ use glam::{DVec3, Vec3};
 use crate::scene::Triangle;
 use crate::simd::{Simd, SimdBase, SimdCombine, SimdMask, f32x4, f32x8, transpose4};
 
-/// The cross product of the edges AB and AC, in `f64`.
-fn edge_cross(corners: &[Vec3; 3]) -> DVec3 {
+/// The cross product of the edges AB and AC, in `f64`. Squares of what is not zero in it stay in the range of `f64`.
+#[must_use]
+pub fn edge_cross(corners: &[Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     (b - a).cross(c - a)
 }
@@ -58,8 +59,6 @@ fn large_difference<S: Simd>(p: f32x8<S>, q: f32x8<S>) -> u32 {
 #[must_use]
 pub fn unit_normal(corners: &[Vec3; 3]) -> DVec3 {
     let n = edge_cross(corners);
-    // Squares of very large or very small components would leave the range of f64.
-    let n = n / n.abs().max_element();
     n / n.length()
 }
 

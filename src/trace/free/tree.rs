@@ -70,6 +70,7 @@ impl RayTree {
             mut lines,
             file_ids,
             bounds,
+            ..
         } = Bvh::build_for_rays(&triangles);
         drop(triangles);
         let file_ids: Vec<u32> = file_ids

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::block::{Block, LANES, Place};
+use super::block::{Block, Cell, LANES, Place, Plane};
 use super::frame::{LightFrame, Seen};
 use super::open::OpenTriangles;
 use crate::raw::prefetch;
@@ -91,11 +91,6 @@ impl Shadow {
             id,
         }
     }
-
-    fn top(&self) -> f32 {
-        let [a, b, c] = self.corners.map(|p| p.z);
-        a.max(b).max(c)
-    }
 }
 
 fn range(values: [f64; 3]) -> (f64, f64) {
@@ -126,14 +121,12 @@ impl LightGrid {
         if !frame.is_tame() {
             return grid;
         }
-        let mut shadows: Vec<Shadow> = world
+        let shadows: Vec<Shadow> = world
             .corners()
             .par_iter()
             .enumerate()
             .map(|(id, corners)| Shadow::new(corners.map(|p| frame.see(p)), id as u32))
             .collect();
-        // Highest first: the order of every cell.
-        shadows.par_sort_unstable_by(|a, b| b.top().total_cmp(&a.top()).then(a.id.cmp(&b.id)));
         grid.choose_cells(&shadows);
         grid.fill(&shadows);
         grid.open = OpenTriangles::find(&grid, world);
@@ -313,36 +306,76 @@ impl LightGrid {
                 counts[self.cell(column, row)] += 1;
             }
         }
-        let mut next = 0;
-        self.starts = counts
-            .iter()
-            .map(|count| {
-                let start = next;
-                next += count.div_ceil(LANES as u32);
-                start
-            })
-            .collect();
-        self.starts.push(next);
-        let mut blocks = vec![Block::EMPTY; next as usize];
-        counts.fill(0);
-        let side = (self.side + 8.0 * self.frame.blur) as f32;
-        for shadow in shadows {
+        self.starts = starts_of(counts.iter().map(|count| count.div_ceil(LANES as u32)));
+        let mut firsts = starts_of(counts.iter().copied());
+        let total = |starts: &[u32]| starts.last().map_or(0, |&end| end as usize);
+        let mut entries = vec![(0.0f32, 0u32); total(&firsts)];
+        for (i, shadow) in (0..).zip(shadows) {
             for [column, row] in self.cells_of(shadow) {
-                let cell = self.cell(column, row);
-                let at = counts[cell] as usize;
-                counts[cell] += 1;
-                let middle = self.middle(column, row);
-                blocks[self.starts[cell] as usize + at / LANES].put(
-                    at % LANES,
-                    &shadow.corners,
-                    shadow.id,
-                    middle,
-                    side,
-                );
+                let cell = self.around(column, row);
+                let next = &mut firsts[self.cell(column, row)];
+                entries[*next as usize] = (Plane::new(&shadow.corners, &cell).top, i);
+                *next += 1;
             }
         }
+        let mut blocks = vec![Block::EMPTY; total(&self.starts)];
+        let (mut entries, mut rest) = (&mut entries[..], &mut blocks[..]);
+        let mut rows = Vec::new();
+        for (row, counts) in (0..).zip(counts.chunks(self.columns)) {
+            let of_row = counts.iter().map(|&count| count as usize).sum();
+            let cells = self.cell(0, row)..self.cell(0, row + 1);
+            let block_count = self.starts[cells.end] - self.starts[cells.start];
+            rows.push((
+                row,
+                counts,
+                entries.split_off_mut(..of_row).unwrap_or_default(),
+                rest.split_off_mut(..block_count as usize)
+                    .unwrap_or_default(),
+            ));
+        }
+        rows.into_par_iter()
+            .for_each(|(row, counts, mut entries, mut blocks)| {
+                for (column, &count) in (0..).zip(counts) {
+                    let count = count as usize;
+                    let cell = self.around(column, row);
+                    let entries = entries.split_off_mut(..count).unwrap_or_default();
+                    let blocks = blocks
+                        .split_off_mut(..count.div_ceil(LANES))
+                        .unwrap_or_default();
+                    // Highest first.
+                    entries.sort_unstable_by(|(a, i), (b, j)| b.total_cmp(a).then(i.cmp(j)));
+                    for (at, &(top, i)) in entries.iter().enumerate() {
+                        let Shadow { corners, id } = &shadows[i as usize];
+                        blocks[at / LANES].put(at % LANES, corners, *id, &cell, top);
+                    }
+                }
+            });
         self.blocks = blocks;
     }
+
+    /// A cell, with room for rounding.
+    fn around(&self, column: u32, row: u32) -> Cell {
+        let blur = self.frame.blur;
+        Cell {
+            middle: self.middle(column, row),
+            side: self.side + 8.0 * blur,
+            blur,
+        }
+    }
+}
+
+/// Where each starts when they follow each other; one more for the end.
+fn starts_of(counts: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut end = 0;
+    let mut starts: Vec<u32> = counts
+        .map(|count| {
+            let start = end;
+            end += count;
+            start
+        })
+        .collect();
+    starts.push(end);
+    starts
 }
 
 /// True when there is nothing to gain from a look at the outline.

@@ -3,9 +3,9 @@
 //! Seen along that direction, triangles and origins are points and triangles of a plane ([`frame`]), and a ray is
 //! hidden when its point lies in a triangle and below it. So the triangles are sorted into the cells of a grid on
 //! that plane, once a scene ([`LightGrid::build`]); a ray looks at the triangles of one cell, eight at a time and
-//! the highest first, until the next ones all lie lower than its origin ([`block`]). There is no tree to walk; a
-//! point in the sun needs one block or two, those of its own surface. Close relatives: Johnson et al., "The
-//! irregular Z-buffer", 2005, which sorts the origins instead.
+//! those first that rise highest in it, until the next ones all lie lower than its origin ([`block`]). There is no
+//! tree to walk; a point in the sun needs one block or two, those of its own surface. Close relatives: Johnson et
+//! al., "The irregular Z-buffer", 2005, which sorts the origins instead.
 //!
 //! Most points do not even come there: they lie on a triangle that has nothing above it, which was found out when
 //! the grid was built ([`open`]).

@@ -60,7 +60,7 @@ const MARGIN: f64 = 64.0;
 const STEEPEST: f64 = 1e4;
 
 /// When fewer than one triangle in this many is open, asking each start's costs more than it saves.
-const WORTHWHILE: usize = 16;
+const WORTHWHILE: usize = 4;
 
 /// Triangles that are looked at in a row.
 const AT_ONCE: usize = 256;

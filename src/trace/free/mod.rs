@@ -20,11 +20,13 @@
 mod beam;
 mod block;
 pub mod brute;
+mod distances;
 mod frame;
 mod leaf;
 mod many;
 mod ready;
 pub mod rule;
+mod sift;
 mod single;
 mod stream;
 mod tree;

@@ -84,7 +84,7 @@ impl Room {
                 let later = self.met[(k + AHEAD).min(found - 1)];
                 tree.prefetch_slot(self.ready[usize::from(later)].nearest.slot);
                 let i = usize::from(i);
-                hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest);
+                hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest.slot);
             }
         }
     }

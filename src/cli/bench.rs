@@ -232,7 +232,7 @@ impl<'a> Bench<'a> {
         Ok(make(&self.scene, &self.world, &self.view, &hits))
     }
 
-    /// Traces all rays on all threads, each of which takes `at_once`; `tracers`: one for each thread, with the room
+    /// Traces all rays on all threads, each of which takes `at_once` at most; `tracers`: one for each thread, with the room
     /// that earlier rays made.
     fn each_chunk<R: Sync, H: Send>(
         &self,
@@ -242,6 +242,9 @@ impl<'a> Bench<'a> {
         hits: &mut [H],
         trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
     ) {
+        // A share for every thread, also of few rays.
+        let share = rays.len().div_ceil(4 * self.renderer.threads());
+        let at_once = share.next_multiple_of(64).clamp(64, at_once);
         self.renderer.install(|| {
             rays.par_chunks(at_once)
                 .zip(hits.par_chunks_mut(at_once))

@@ -120,7 +120,12 @@ fn of_one<S: Lanes>(
         },
     );
     if flat.any() {
-        let (t, certain) = across_axis(simd, &corners, origin, dir);
+        let across = flat.bitmask().trailing_zeros() as usize % 3;
+        let t = (corners[0][across] - origin[across]) / dir[across];
+        let mut certain = t.simd_eq(t);
+        for k in [(across + 1) % 3, (across + 2) % 3] {
+            certain &= within(simd, &corners, origin, dir, t, k);
+        }
         if bits::<S>(certain) == all::<S>() {
             return (t, all::<S>());
         }
@@ -144,18 +149,32 @@ fn across_axis<S: Lanes>(
         t = flat[k].select((a[k] - origin[k]) / dir[k], t);
     }
     let mut certain = t.simd_eq(t);
-    for k in 0..3 {
-        let point = dir[k] * t;
-        // Of a point, rounding makes less than three roundings.
-        let margin = point.abs().mul_add(
-            S::f32s::splat(simd, 8.0 * ROUNDOFF),
-            S::f32s::splat(simd, UNDERFLOW),
-        );
-        let low = a[k].min(b[k]).min(c[k]) - origin[k];
-        let high = a[k].max(b[k]).max(c[k]) - origin[k];
-        certain &= flat[k] | (point - margin).simd_gt(low) & (point + margin).simd_lt(high);
+    for (k, flat) in flat.into_iter().enumerate() {
+        certain &= flat | within(simd, corners, origin, dir, t, k);
     }
     (t, certain)
+}
+
+/// In which lanes the point at distance `t` lies well between the sides of the triangle's box across axis `k`.
+#[inline(always)]
+fn within<S: Lanes>(
+    simd: S,
+    corners: &[Points<S>; 3],
+    origin: &Points<S>,
+    dir: &Points<S>,
+    t: S::f32s,
+    k: usize,
+) -> S::mask32s {
+    let [a, b, c] = corners;
+    let point = dir[k] * t;
+    // Of a point, rounding makes less than three roundings.
+    let margin = point.abs().mul_add(
+        S::f32s::splat(simd, 8.0 * ROUNDOFF),
+        S::f32s::splat(simd, UNDERFLOW),
+    );
+    let low = a[k].min(b[k]).min(c[k]) - origin[k];
+    let high = a[k].max(b[k]).max(c[k]) - origin[k];
+    (point - margin).simd_gt(low) & (point + margin).simd_lt(high)
 }
 
 /// The distances of a triangle for each ray that it hits, and in which lanes they are certain, as bits.

@@ -19,7 +19,7 @@ use crate::raw::prefetch;
 use crate::simd::Lanes;
 
 /// Rays that are sorted by octant at once.
-pub const AT_ONCE: usize = 1 << 17;
+pub const AT_ONCE: usize = 1 << 18;
 
 /// Rays are asked for so many ahead of their use.
 const AHEAD: usize = 2 * MOST;

@@ -23,6 +23,7 @@ pub mod brute;
 mod distances;
 mod frame;
 mod leaf;
+mod look;
 mod many;
 mod ready;
 pub mod rule;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{ball, look_at, scene, soup};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use raybomb::camera::View;
 use raybomb::frame::{Hit, Hits, MISS};
 use raybomb::math::Random;
@@ -130,6 +130,81 @@ fn rays_that_keep_together_hit_what_every_triangle_says() {
         rays[61].t_max = -1.0;
         let hits = compare(&format!("bundles of seed {seed}"), &world, &rays);
         assert!(hit_count(&hits) > 25, "seed {seed}: {}", hit_count(&hits));
+    }
+}
+
+/// The twelve triangles of a box with these corners.
+fn room(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
+    let mut walls = Vec::new();
+    for across in 0..3 {
+        let (u, v) = ((across + 1) % 3, (across + 2) % 3);
+        for side in [low, high] {
+            let corner = |a: Vec3, b: Vec3| {
+                let mut p = side;
+                p[u] = a[u];
+                p[v] = b[v];
+                p
+            };
+            let [p, q, r, s] = [
+                corner(low, low),
+                corner(high, low),
+                corner(high, high),
+                corner(low, high),
+            ];
+            walls.extend([[p, q, r], [p, r, s]]);
+        }
+    }
+    walls
+}
+
+#[test]
+fn rays_that_leave_plane_mirrors_hit_what_every_triangle_says() {
+    for seed in 0..6 {
+        let mut random = Random::new(500 + seed);
+        let mut triangles = room(Vec3::splat(-2.0), Vec3::new(2.0, 1.5, 2.0));
+        triangles.extend(room(Vec3::new(-0.5, -2.0, 0.1), Vec3::new(0.2, 0.4, 0.9)));
+        triangles.extend(
+            ball(&mut random, 5, 0.1, Vec3::ZERO)
+                .iter()
+                .map(|t| t.map(|p| p * 0.3 + Vec3::new(1.0, -0.8, -0.6))),
+        );
+        // Walls across the axes, walls that are not, and far away from the origin.
+        if seed % 3 != 0 {
+            let turn = Quat::from_axis_angle(random.point().normalize(), 3.0 * random.unit());
+            let far = Vec3::splat(if seed % 3 == 1 { 0.0 } else { 300.0 });
+            triangles = triangles
+                .iter()
+                .map(|t| t.map(|p| turn * p + far))
+                .collect();
+        }
+        let world = World::compile(&scene(triangles.clone()));
+        let bounds = world.bounds();
+        let eye = (bounds.min + bounds.max) * 0.5 + random.point() * 0.6;
+        // Squares of 8x8 pixels that look anywhere.
+        let mut rays = Vec::new();
+        for _ in 0..12 {
+            let (to, right, up) = (random.point(), random.point(), random.point());
+            for i in 0..64 {
+                let (x, y) = ((i % 8) as f32 / 300.0, (i / 8) as f32 / 300.0);
+                let seen = Ray::new(eye, to + right * x + up * y);
+                let Some(pick) = free::closest_hit(Kernel::best(), &world, &seen) else {
+                    continue;
+                };
+                let corners = &triangles[pick.triangle as usize];
+                let normal = raybomb::geometry::unit_normal(corners).as_vec3();
+                let mut ray = Ray::new(
+                    lift(pick.point, normal, seen.dir, &bounds),
+                    seen.dir - normal * (2.0 * seen.dir.dot(normal)),
+                );
+                if i == 40 {
+                    ray.t_min = 2.0 * random.unit();
+                    ray.t_max = ray.t_min + 2.0 * random.unit();
+                }
+                rays.push(ray);
+            }
+        }
+        let hits = compare(&format!("mirrors of seed {seed}"), &world, &rays);
+        assert!(hit_count(&hits) > 600, "seed {seed}: {}", hit_count(&hits));
     }
 }
 

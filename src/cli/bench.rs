@@ -8,6 +8,7 @@ mod report;
 mod scaling;
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -154,11 +155,18 @@ impl<'a> Bench<'a> {
         let start = Instant::now();
         let grid = self.renderer.install(|| LightGrid::build(&self.world));
         let build_time = start.elapsed();
+        let tracers = self.tracers();
         let trace = |hits: &mut Vec<bool>| {
             timed(|| {
-                self.each_chunk(STARTS_AT_ONCE, &starts, hits, |tracer, starts, hits| {
-                    grid.hidden(self.args.machine.kernel, &self.world, tracer, starts, hits);
-                });
+                self.each_chunk(
+                    STARTS_AT_ONCE,
+                    &tracers,
+                    &starts,
+                    hits,
+                    |tracer, starts, hits| {
+                        grid.hidden(self.args.machine.kernel, &self.world, tracer, starts, hits);
+                    },
+                );
                 Ok(())
             })
         };
@@ -194,9 +202,10 @@ impl<'a> Bench<'a> {
         let start = Instant::now();
         let tree = self.renderer.install(|| RayTree::build(&self.world));
         let build_time = start.elapsed();
+        let tracers = self.tracers();
         let trace = |hits: &mut Vec<Hit>| {
             timed(|| {
-                self.each_chunk(free::AT_ONCE, rays, hits, |tracer, rays, hits| {
+                self.each_chunk(free::AT_ONCE, &tracers, rays, hits, |tracer, rays, hits| {
                     tree.closest_hits(self.args.machine.kernel, tracer, rays, hits);
                 });
                 Ok(())
@@ -223,22 +232,38 @@ impl<'a> Bench<'a> {
         Ok(make(&self.scene, &self.world, &self.view, &hits))
     }
 
-    /// Traces all rays on all threads, each of which takes `at_once`.
+    /// Traces all rays on all threads, each of which takes `at_once` at most; `tracers`: one for each thread, with the room
+    /// that earlier rays made.
     fn each_chunk<R: Sync, H: Send>(
         &self,
         at_once: usize,
+        tracers: &[Mutex<FreeTracer>],
         rays: &[R],
         hits: &mut [H],
         trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
     ) {
+        // A share for every thread, also of few rays.
+        let share = rays.len().div_ceil(4 * self.renderer.threads());
+        let at_once = share.next_multiple_of(64).clamp(64, at_once);
         self.renderer.install(|| {
             rays.par_chunks(at_once)
                 .zip(hits.par_chunks_mut(at_once))
                 .with_max_len(1)
-                .for_each_init(FreeTracer::default, |tracer, (rays, hits)| {
-                    trace(tracer, rays, hits);
+                .for_each(|(rays, hits)| {
+                    let thread = rayon::current_thread_index().unwrap_or(0);
+                    let mut tracer = tracers[thread]
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner);
+                    trace(&mut tracer, rays, hits);
                 });
         });
+    }
+
+    /// A tracer for each thread.
+    fn tracers(&self) -> Vec<Mutex<FreeTracer>> {
+        (0..self.renderer.threads())
+            .map(|_| Mutex::default())
+            .collect()
     }
 
     /// The whole picture.

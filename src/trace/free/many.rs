@@ -15,10 +15,14 @@ use super::tree::RayTree;
 use super::walk::Stack;
 use super::window::{MOST, Window};
 use crate::frame::Hit;
+use crate::raw::prefetch;
 use crate::simd::Lanes;
 
 /// Rays that are sorted by octant at once.
-pub const AT_ONCE: usize = 1 << 17;
+pub const AT_ONCE: usize = 1 << 18;
+
+/// Rays are asked for so many ahead of their use.
+const AHEAD: usize = 2 * MOST;
 
 /// Fewer rays than this are no beam.
 const LEAST: u32 = 8;
@@ -100,7 +104,11 @@ impl Company {
             aside.numbers.clear();
         }
         let mut first = 0;
+        let all = rays;
         for (rays, hits) in rays.chunks(MOST).zip(hits.chunks_mut(MOST)) {
+            for line in 0..MOST * size_of::<Ray>() / 64 {
+                prefetch(all, first + AHEAD, line);
+            }
             self.window.fill(simd, rays, &extent);
             let in_beams = self.beams(simd, tree, rays, hits, stack);
             self.put_aside(rays, first, !in_beams);
@@ -145,8 +153,9 @@ impl Company {
             }
             self.beam.take(simd, &self.window, members, seed);
             let patience = PATIENCE + PATIENCE_A_RAY * members.count_ones() as usize;
-            let of_beam = self.beam.trace(simd, tree, rays, hits, stack, patience);
+            let of_beam = self.beam.trace(simd, tree, rays, stack, patience);
             if of_beam.is_some() {
+                self.beam.write(simd, tree, rays, hits);
                 done |= members;
             }
             work += BEAM + of_beam.unwrap_or(patience);
@@ -179,10 +188,11 @@ impl Company {
     /// Sorts rays of the window by octant: those of `apart`, as bits. `first`: the number of the first of the window.
     #[inline(always)]
     fn put_aside(&mut self, rays: &[Ray], first: usize, apart: u64) {
-        for (i, ray) in rays.iter().enumerate() {
-            if apart >> i & 1 == 0 {
-                continue;
-            }
+        let mut left = apart & (u64::MAX >> (MOST - rays.len()));
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let ray = &rays[i];
             let tame = self.window.tame >> i & 1 != 0;
             let class = if tame {
                 ray.dir.is_negative_bitmask() as usize

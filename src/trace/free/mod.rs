@@ -20,11 +20,14 @@
 mod beam;
 mod block;
 pub mod brute;
+mod distances;
 mod frame;
 mod leaf;
+mod look;
 mod many;
 mod ready;
 pub mod rule;
+mod sift;
 mod single;
 mod stream;
 mod tree;

@@ -23,7 +23,7 @@ pub type Relative = [Vec3; 3];
 const DOUBT: f64 = 16.0 / 9_007_199_254_740_992.0;
 
 /// Eight roundings: products and quotients of numbers that are farther apart keep their order.
-const INSIDE: f64 = 8.0 / 9_007_199_254_740_992.0;
+pub const INSIDE: f64 = 8.0 / 9_007_199_254_740_992.0;
 
 /// The corners relative to `origin`.
 #[inline(always)]

@@ -209,15 +209,12 @@ fn distance(tree: &RayTree, ray: &Ray, slot: u32) -> f32 {
     Meeting::new(&rule::relative(&tree.corners(slot), ray.origin)).distance(ray)
 }
 
-/// What became of a ray.
+/// What became of a ray that hits the triangle in `slot`.
 #[inline(always)]
-pub fn hit(tree: &RayTree, ray: &Ray, nearest: Nearest) -> Hit {
-    if nearest.slot == MISS {
-        return Hit::NONE;
-    }
+pub fn hit(tree: &RayTree, ray: &Ray, slot: u32) -> Hit {
     Hit {
-        id: tree.file_id(nearest.slot),
-        t: distance(tree, ray, nearest.slot),
+        id: tree.file_id(slot),
+        t: distance(tree, ray, slot),
     }
 }
 

@@ -15,8 +15,12 @@ use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
 use crate::simd::{Lanes, SimdBase, SimdMask, u16x8};
 
-/// Rays of a stream at most.
-const STREAM: usize = 1 << 14;
+/// Rays of a stream at least and at most.
+const SHORT: usize = 1 << 11;
+const LONG: usize = 1 << 14;
+/// A stream has a ray for so many bytes of the tree: enough to share its nodes, and with a small tree no more than
+/// the caches hold.
+const BYTES_A_RAY: usize = 32;
 
 /// Rays that go on alone when no more are left; the second number is for trees that are far away.
 const FEW: [usize; 2] = [3, 6];
@@ -68,7 +72,8 @@ impl Room {
     ) {
         let Aside { rays, numbers } = aside;
         let extent = Extent::new(&tree.bounds);
-        for (numbers, rays) in numbers.chunks(STREAM).zip(rays.chunks(STREAM)) {
+        let length = (tree.bytes() / BYTES_A_RAY).clamp(SHORT, LONG);
+        for (numbers, rays) in numbers.chunks(length).zip(rays.chunks(length)) {
             self.ready.clear();
             self.ready
                 .extend(rays.iter().map(|ray| Ready::new(ray, &extent)));
@@ -84,7 +89,7 @@ impl Room {
                 let later = self.met[(k + AHEAD).min(found - 1)];
                 tree.prefetch_slot(self.ready[usize::from(later)].nearest.slot);
                 let i = usize::from(i);
-                hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest);
+                hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest.slot);
             }
         }
     }
@@ -95,7 +100,7 @@ impl Room {
         let sides = Sides::of_octant(octant);
         let few = FEW[usize::from(tree.is_far())];
         self.make_room(rays.len());
-        self.met.resize(STREAM + 8, 0);
+        self.met.resize(LONG + 8, 0);
         for (i, place) in self.lists[..rays.len()].iter_mut().enumerate() {
             *place = i as u16;
         }

@@ -17,7 +17,7 @@ use crate::bvh::{Bvh, Child, Leaf, Line, Node};
 use crate::color::Rgb;
 use crate::frame::{Hit, MISS};
 use crate::geometry::Aabb;
-use crate::raw::prefetch;
+use crate::raw::{large_pages, prefetch};
 use crate::scene::Triangle;
 use crate::simd::{Kernel, dispatch};
 use crate::world::World;
@@ -91,8 +91,8 @@ impl RayTree {
         };
         let block = |&first: &u32| block(Leaf::new(&lines[first as usize..]), &file_ids);
         RayTree {
-            nodes: nodes.par_iter().map(node).collect(),
-            blocks: firsts.par_iter().map(block).collect(),
+            nodes: packed(&nodes, node),
+            blocks: packed(&firsts, block),
             bounds,
         }
     }
@@ -186,6 +186,14 @@ impl RayTree {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
     }
+}
+
+/// What `make` makes of each, in large pages: rays visit the tree in no order that a page of 4 KiB would suit.
+fn packed<T: Sync, U: Send>(from: &[T], make: impl Fn(&T) -> U + Send + Sync) -> Vec<U> {
+    let mut all = Vec::with_capacity(from.len());
+    large_pages(all.spare_capacity_mut());
+    from.par_iter().map(make).collect_into_vec(&mut all);
+    all
 }
 
 /// Writes into every leaf its number; their first lines.

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::Ray;
 use super::frame::{TAME_DIR, TAME_SCENE};
 use super::ready::{AXES, Extent, largest, largest_of};
-use crate::simd::{Lanes, SimdBase, bits, lanes, load};
+use crate::simd::{Lanes, SimdBase, bits, f32x4, lanes, load, transpose4};
 
 /// Rays of a window at most.
 pub const MOST: usize = 64;
@@ -56,7 +56,39 @@ impl Window {
     #[inline(always)]
     pub fn fill<S: Lanes>(&mut self, simd: S, rays: &[Ray], extent: &Extent) {
         self.count = rays.len().min(MOST);
-        for (i, ray) in rays.iter().enumerate().take(MOST) {
+        let rays = &rays[..self.count];
+        let fours = rays.chunks_exact(4);
+        let rest = fours.remainder();
+        for (i, four) in fours.enumerate() {
+            let at = 4 * i;
+            macro_rules! columns {
+                ($row:expr) => {
+                    transpose4([
+                        $row(&four[0]),
+                        $row(&four[1]),
+                        $row(&four[2]),
+                        $row(&four[3]),
+                    ])
+                };
+            }
+            let [ox, oy, oz, x] = columns!(|ray: &Ray| f32x4::load_array(
+                simd,
+                [ray.origin.x, ray.origin.y, ray.origin.z, ray.dir.x]
+            ));
+            let [y, z, t_min, t_max] = columns!(|ray: &Ray| f32x4::load_array(
+                simd,
+                [ray.dir.y, ray.dir.z, ray.t_min, ray.t_max]
+            ));
+            ox.store_slice(&mut self.origin[0][at..at + 4]);
+            oy.store_slice(&mut self.origin[1][at..at + 4]);
+            oz.store_slice(&mut self.origin[2][at..at + 4]);
+            x.store_slice(&mut self.dir[0][at..at + 4]);
+            y.store_slice(&mut self.dir[1][at..at + 4]);
+            z.store_slice(&mut self.dir[2][at..at + 4]);
+            t_min.store_slice(&mut self.t_min[at..at + 4]);
+            t_max.store_slice(&mut self.t_max[at..at + 4]);
+        }
+        for (i, ray) in (self.count - rest.len()..).zip(rest) {
             for k in 0..3 {
                 self.origin[k][i] = ray.origin[k];
                 self.dir[k][i] = ray.dir[k];
@@ -134,10 +166,23 @@ impl Window {
     }
 }
 
+/// The smaller number, without a thought for what is none.
+#[inline(always)]
+pub fn smallest(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// All lanes as one number.
 #[inline(always)]
 pub fn fold<S: Lanes>(lanes_of: S::f32s, both: fn(f32, f32) -> f32) -> f32 {
     let mut all = [0.0; 16];
     lanes_of.store_slice(&mut all[..lanes::<S>()]);
-    all[1..lanes::<S>()].iter().fold(all[0], |a, &b| both(a, b))
+    let mut half = lanes::<S>() / 2;
+    while half > 0 {
+        for i in 0..half {
+            all[i] = both(all[i], all[i + half]);
+        }
+        half /= 2;
+    }
+    all[0]
 }

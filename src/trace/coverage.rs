@@ -228,7 +228,7 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
 ) -> bool {
     let at = TABLES.unit(unit, lanes::<S>());
     let x = load(simd, &TABLES.x[unit % BLOCKS], 0);
-    let row = unit / BLOCKS & (TILE - rows_of_unit::<S>());
+    let row = (unit / BLOCKS) & (TILE - rows_of_unit::<S>());
     let y = load(simd, TABLES.y.as_flattened(), 4 * row);
     let old = load(simd, &tile.z, at);
     let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);

@@ -15,11 +15,10 @@ use std::time::{Duration, Instant};
 
 use crate::bvh::Bvh;
 use crate::camera::View;
-use crate::color::Rgb;
 use crate::frame::{Frame, Hit, Hits};
 use crate::raw::{PlaneTile, TiledPlane};
 use crate::report::ReportTracer;
-use crate::shade::Shader;
+use crate::shade::{self, Shader};
 pub use crate::shade::{COST_SCALE, Reflection, ViewMode};
 use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
@@ -229,7 +228,7 @@ impl Renderer {
             if hit || count_cost {
                 shader.shade(tracer.tile(), out);
             } else {
-                (0..out.height()).for_each(|y| out.row(y).fill(Rgb::BLACK.packed()));
+                shade::background(out);
             }
             clock.shaded();
         })

@@ -12,8 +12,9 @@ mod reflection;
 use glam::DVec3;
 
 use crate::camera::View;
+use crate::color::Rgb;
 use crate::math::power_of_two_below;
-use crate::raw::PlaneTile;
+use crate::raw::{PlaneTile, stream, streamed};
 use crate::simd::Kernel;
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
@@ -197,6 +198,16 @@ impl<'a> Shader<'a> {
             }
         }
     }
+}
+
+/// Colours a tile without hits.
+pub fn background(out: &mut PlaneTile<'_, u32>) {
+    let row = [Rgb::BLACK.packed(); TILE];
+    for y in 0..out.height() {
+        let to = out.row(y);
+        stream(to, &row[..to.len()]);
+    }
+    streamed();
 }
 
 /// Where a row of 4x4 blocks lies.

@@ -4,7 +4,7 @@
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
 use super::{BlockRow, Shader, dot, pixel};
-use crate::raw::PlaneTile;
+use crate::raw::{PlaneTile, stream, streamed};
 use crate::simd::{
     Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, SimdMask, dispatch, lanes, load,
 };
@@ -81,9 +81,10 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
             first += lanes::<S>();
         }
         for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
-            out.row(4 * by + y).copy_from_slice(&row[..width]);
+            stream(out.row(4 * by + y), &row[..width]);
         }
     }
+    streamed();
 }
 
 /// The pixels at memory places `at..` of the tile, as many as there are lanes; `a`: their rays' directions.
@@ -105,34 +106,52 @@ fn mirror_unit<S: Lanes>(
     let ids = S::u32s::from_slice(simd, &tile.id[at..at + lanes::<S>()]);
     let first = tile.id[at];
     let uniform = ids.simd_eq(S::u32s::splat(simd, first)).all_true();
-    let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));
-    let m = if uniform {
+    if uniform {
+        // One triangle, or none: its colour is taken apart once.
         let Some(&[x, y, z, c]) = records.get(first as usize) else {
             return nothing;
         };
-        [splat!(x), splat!(y), splat!(z), splat!(c)]
-    } else {
-        // Misses read the first record and are blanked in the end.
-        let mut known = [0u32; 16];
-        hit.select(ids, nothing)
-            .store_slice(&mut known[..lanes::<S>()]);
-        simd.gather4(records, &known[..lanes::<S>()])
-    };
+        let [_, r, g, b] = c.to_bits().to_be_bytes().map(f32::from);
+        let m = [splat!(x), splat!(y), splat!(z)];
+        return mirrored(simd, m, [splat!(r), splat!(g), splat!(b)], a);
+    }
+    // Misses read the first record and are blanked in the end.
+    let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));
+    let mut known = [0u32; 16];
+    hit.select(ids, nothing)
+        .store_slice(&mut known[..lanes::<S>()]);
+    let [x, y, z, c] = simd.gather4(records, &known[..lanes::<S>()]);
+    let color: S::u32s = c.bitcast();
+    macro_rules! channel {
+        ($shift:expr) => {{
+            let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
+            c.to_float()
+        }};
+    }
+    let rgb = mirrored(simd, [x, y, z], [channel!(16), channel!(8), channel!(0)], a);
+    hit.select(rgb, nothing)
+}
+
+/// The pixels whose rays have the directions `a`, where the light is mirrored to `m` and the colours are `rgb`, each channel
+/// of 0..=255.
+#[inline(always)]
+fn mirrored<S: Lanes>(simd: S, m: [S::f32s; 3], rgb: [S::f32s; 3], a: [S::f32s; 3]) -> S::u32s {
+    macro_rules! splat {
+        ($x:expr) => {
+            S::f32s::splat(simd, $x)
+        };
+    }
     let length = ((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]).sqrt();
     let cosine = ((m[0] * a[0] + m[1] * a[1]) + m[2] * a[2]) / length;
     let shown = (splat!(1.0) - cosine) * splat!(0.5);
     let shown = shown.max(splat!(0.0)).min(splat!(1.0));
-    let color: S::u32s = m[3].bitcast();
     macro_rules! channel {
-        ($shift:expr) => {{
-            let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
-            let c: S::f32s = c.to_float();
-            let c: S::i32s = (shown * c).round_ties_even().to_int();
-            c.bitcast::<S::u32s>() << $shift
+        ($channel:expr) => {{
+            let c: S::i32s = (shown * $channel).round_ties_even().to_int();
+            c.bitcast::<S::u32s>()
         }};
     }
-    let rgb = channel!(16) | channel!(8) | channel!(0);
-    hit.select(rgb, nothing)
+    channel!(rgb[0]) << 16 | channel!(rgb[1]) << 8 | channel!(rgb[2])
 }
 
 /// The formula that the report prints, `r = 3a − 2(a·n)n` for unit `n`: then `L·r = (3L − 2(L·n)n)·a` and

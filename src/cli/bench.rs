@@ -2,17 +2,17 @@
 //!
 //! One thread is steadier on a busy machine when the system pins it: `taskset -c 1 raybomb bench --threads 1 ..`.
 
+mod measured;
 mod memory;
 mod rays;
 mod report;
 mod scaling;
+mod workloads;
 
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
-
+use measured::{Measured, median_ms, ms};
 use report::{Report, StagesReport};
 use scaling::ScalingReport;
 
@@ -23,18 +23,12 @@ use super::load::{Source, is_stdin, renderer};
 use super::values::{ENGINES, name_of};
 use crate::bvh::Quality;
 use crate::camera::{Camera, Pivot, View};
-use crate::export::{Hasher, picture_hash};
-use crate::frame::{Frame, Hit, Hits, MISS};
+use crate::frame::{Frame, Hits};
 use crate::raw::ticks;
-use crate::render::{Engine, Progress, RenderStats, Renderer, Settings};
+use crate::render::{Engine, Progress, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
-use crate::trace::free::{self, FreeTracer, Ray, RayTree};
-use crate::trace::light::LightGrid;
 use crate::world::World;
-
-/// Origins that a thread takes at once.
-const STARTS_AT_ONCE: usize = 8192;
 
 /// Measures what `args` ask for and prints it.
 ///
@@ -142,200 +136,6 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// One ray a pixel into numbers and distances.
-    fn primary(&self) -> Result<Measured, Failure> {
-        let frame = |hits: &mut Hits| timed(|| self.trace(&self.world, hits));
-        let (times, hits) = self.repeat(Hits::default(), frame, |h| hits_hash(&h.pixels))?;
-        Ok(Measured::of_hits(times, &hits.pixels))
-    }
-
-    /// Rays to the light.
-    fn shadow(&self) -> Result<Measured, Failure> {
-        let starts = self.of_picture(rays::lit)?;
-        let start = Instant::now();
-        let grid = self.renderer.install(|| LightGrid::build(&self.world));
-        let build_time = start.elapsed();
-        let tracers = self.tracers();
-        let trace = |hits: &mut Vec<bool>| {
-            timed(|| {
-                self.each_chunk(
-                    STARTS_AT_ONCE,
-                    &tracers,
-                    &starts,
-                    hits,
-                    |tracer, starts, hits| {
-                        grid.hidden(self.args.machine.kernel, &self.world, tracer, starts, hits);
-                    },
-                );
-                Ok(())
-            })
-        };
-        let (times, hits) = self.repeat(vec![false; starts.len()], trace, Vec::clone)?;
-        let mut hasher = Hasher::default();
-        hasher.update(&hits.iter().map(|&hit| u8::from(hit)).collect::<Vec<_>>());
-        Ok(Measured {
-            times,
-            rays: Some(RayCounts {
-                rays: hits.len(),
-                hits: Some(hits.iter().filter(|&&hit| hit).count()),
-                hash: hasher.finish(),
-            }),
-            extra: Extra {
-                build_time,
-                bytes: grid.bytes(),
-            },
-        })
-    }
-
-    /// Mirror rays.
-    fn bounce(&self) -> Result<Measured, Failure> {
-        self.closest(&self.of_picture(rays::mirrored)?)
-    }
-
-    /// Rays that have nothing in common.
-    fn random(&self) -> Result<Measured, Failure> {
-        let pixels = self.args.size.width * self.args.size.height;
-        self.closest(&rays::random(self.world.bounds(), pixels))
-    }
-
-    fn closest(&self, rays: &[Ray]) -> Result<Measured, Failure> {
-        let start = Instant::now();
-        let tree = self.renderer.install(|| RayTree::build(&self.world));
-        let build_time = start.elapsed();
-        let tracers = self.tracers();
-        let trace = |hits: &mut Vec<Hit>| {
-            timed(|| {
-                self.each_chunk(free::AT_ONCE, &tracers, rays, hits, |tracer, rays, hits| {
-                    tree.closest_hits(self.args.machine.kernel, tracer, rays, hits);
-                });
-                Ok(())
-            })
-        };
-        let (times, hits) =
-            self.repeat(vec![Hit::NONE; rays.len()], trace, |hits| hits_hash(hits))?;
-        Ok(Measured {
-            extra: Extra {
-                build_time,
-                bytes: tree.bytes(),
-            },
-            ..Measured::of_hits(times, &hits)
-        })
-    }
-
-    /// Rays or origins made from what the picture shows.
-    fn of_picture<R>(
-        &self,
-        make: fn(&Scene, &World, &View, &Hits) -> Vec<R>,
-    ) -> Result<Vec<R>, Failure> {
-        let mut hits = Hits::default();
-        self.trace(&self.world, &mut hits)?;
-        Ok(make(&self.scene, &self.world, &self.view, &hits))
-    }
-
-    /// Traces all rays on all threads, each of which takes `at_once` at most; `tracers`: one for each thread, with the room
-    /// that earlier rays made.
-    fn each_chunk<R: Sync, H: Send>(
-        &self,
-        at_once: usize,
-        tracers: &[Mutex<FreeTracer>],
-        rays: &[R],
-        hits: &mut [H],
-        trace: impl Fn(&mut FreeTracer, &[R], &mut [H]) + Sync,
-    ) {
-        // A share for every thread, also of few rays.
-        let share = rays.len().div_ceil(4 * self.renderer.threads());
-        let at_once = share.next_multiple_of(64).clamp(64, at_once);
-        self.renderer.install(|| {
-            rays.par_chunks(at_once)
-                .zip(hits.par_chunks_mut(at_once))
-                .with_max_len(1)
-                .for_each(|(rays, hits)| {
-                    let thread = rayon::current_thread_index().unwrap_or(0);
-                    let mut tracer = tracers[thread]
-                        .lock()
-                        .unwrap_or_else(PoisonError::into_inner);
-                    trace(&mut tracer, rays, hits);
-                });
-        });
-    }
-
-    /// A tracer for each thread.
-    fn tracers(&self) -> Vec<Mutex<FreeTracer>> {
-        (0..self.renderer.threads())
-            .map(|_| Mutex::default())
-            .collect()
-    }
-
-    /// The whole picture.
-    fn shaded(&self) -> Result<Measured, Failure> {
-        let picture = |frame: &mut Frame| timed(|| self.picture(frame));
-        let (times, frame) = self.repeat(Frame::default(), picture, picture_hash)?;
-        Ok(Measured {
-            times,
-            rays: Some(RayCounts {
-                rays: frame.pixels.len(),
-                hits: None,
-                hash: picture_hash(&frame),
-            }),
-            extra: Extra::default(),
-        })
-    }
-
-    /// From the scene to the world; what is compared is what its rays hit.
-    fn build(&self) -> Result<Measured, Failure> {
-        let build = |world: &mut Option<World>| {
-            // The last one goes before the time starts.
-            *world = None;
-            timed(|| {
-                *world = Some(
-                    self.renderer
-                        .install(|| World::with_quality(&self.scene, quality(self.args))),
-                );
-                Ok(())
-            })
-        };
-        let (times, _) = self.repeat(None, build, |world| {
-            let mut hits = Hits::default();
-            let traced = world.as_ref().map(|world| self.trace(world, &mut hits));
-            traced
-                .is_some_and(|t| t.is_ok())
-                .then(|| hits_hash(&hits.pixels))
-        })?;
-        Ok(Measured::without_rays(times))
-    }
-
-    /// From the file to the scene.
-    fn load_again(&self) -> Result<Measured, Failure> {
-        let load = |scene: &mut Option<Scene>| {
-            *scene = None;
-            timed(|| {
-                *scene = Some(parse_file(&self.renderer, &self.args.scene)?);
-                Ok(())
-            })
-        };
-        let same = |scene: &Option<Scene>| scene.as_ref() == Some(&self.scene);
-        let (times, _) = self.repeat(None, load, same)?;
-        Ok(Measured::without_rays(times))
-    }
-
-    fn trace(&self, world: &World, hits: &mut Hits) -> Result<RenderStats, Failure> {
-        let machine = &self.args.machine;
-        let (engine, kernel) = (machine.engine, machine.kernel);
-        Ok(self
-            .renderer
-            .hits(world, &self.view, engine, kernel, hits, self.progress)?)
-    }
-
-    fn picture(&self, frame: &mut Frame) -> Result<RenderStats, Failure> {
-        Ok(self.renderer.picture(
-            &self.world,
-            &self.view,
-            &self.settings(),
-            frame,
-            self.progress,
-        )?)
-    }
-
     /// Where the ticks of a picture go: the stages of the tracer by themselves, the output from a second run.
     fn stages(&self) -> Result<StagesReport, Failure> {
         let (time, first) = (Instant::now(), ticks());
@@ -362,32 +162,12 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// `run` works on the state and gives the time it took; the first time does not count. The results of the first
-    /// and the last run must be equal: looking at those between would empty the caches that a row of frames has.
-    fn repeat<T, R: PartialEq>(
-        &self,
-        mut state: T,
-        run: impl Fn(&mut T) -> Result<Duration, Failure>,
-        result: impl Fn(&T) -> R,
-    ) -> Result<(Vec<Duration>, T), Failure> {
-        run(&mut state)?;
-        let expected = result(&state);
-        let times = (0..self.args.frames)
-            .map(|_| run(&mut state))
-            .collect::<Result<Vec<_>, _>>()?;
-        if result(&state) != expected {
-            return Err(Failure::Differs(
-                "the result of the last run differs from that of the first".to_owned(),
-            ));
-        }
-        Ok((times, state))
-    }
-
     fn report(&self, measured: Measured) -> Report {
         let Measured {
             mut times,
             rays,
             extra,
+            fill_ms,
         } = measured;
         times.sort();
         let median_ms = median_ms(&times);
@@ -430,52 +210,9 @@ impl<'a> Bench<'a> {
                 .build_peak
                 .filter(|_| build)
                 .map(|bytes| bytes as f64 / triangles.max(1) as f64),
+            fill_ms,
             stages: None,
             scaling: None,
-        }
-    }
-}
-
-/// What a workload took, and what came out.
-struct Measured {
-    times: Vec<Duration>,
-    rays: Option<RayCounts>,
-    extra: Extra,
-}
-
-/// What a workload builds beside the world.
-#[derive(Default)]
-struct Extra {
-    build_time: Duration,
-    bytes: usize,
-}
-
-/// Rays and what they hit.
-struct RayCounts {
-    rays: usize,
-    hits: Option<usize>,
-    /// Of all results: the same for every kernel and number of threads.
-    hash: String,
-}
-
-impl Measured {
-    fn without_rays(times: Vec<Duration>) -> Measured {
-        Measured {
-            times,
-            rays: None,
-            extra: Extra::default(),
-        }
-    }
-
-    fn of_hits(times: Vec<Duration>, hits: &[Hit]) -> Measured {
-        Measured {
-            times,
-            rays: Some(RayCounts {
-                rays: hits.len(),
-                hits: Some(hits.iter().filter(|hit| hit.id != MISS).count()),
-                hash: hits_hash(hits),
-            }),
-            extra: Extra::default(),
         }
     }
 }
@@ -506,65 +243,8 @@ fn still_view(args: &BenchArgs, scene: &Scene, world: &World) -> View {
     )
 }
 
-/// How long `work` takes.
-fn timed<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<Duration, Failure> {
-    let start = Instant::now();
-    work()?;
-    Ok(start.elapsed())
-}
-
-fn hits_hash(hits: &[Hit]) -> String {
-    let mut hasher = Hasher::default();
-    let mut bytes = Vec::new();
-    for hits in hits.chunks(4096) {
-        bytes.clear();
-        for hit in hits {
-            bytes.extend(hit.id.to_le_bytes());
-            bytes.extend(hit.t.to_le_bytes());
-        }
-        hasher.update(&bytes);
-    }
-    hasher.finish()
-}
-
 /// The file's name without folder and extension.
 fn scene_name(path: &Path) -> String {
     path.file_stem()
         .map_or_else(String::new, |s| s.to_string_lossy().into_owned())
-}
-
-fn ms(time: Duration) -> f64 {
-    time.as_secs_f64() * 1e3
-}
-
-/// `times` must be sorted and not empty.
-fn median_ms(times: &[Duration]) -> f64 {
-    let middle = times.len() / 2;
-    if times.len().is_multiple_of(2) {
-        (ms(times[middle - 1]) + ms(times[middle])) / 2.0
-    } else {
-        ms(times[middle])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_of_an_even_number_is_the_mean_of_the_middle_two() {
-        let times = [1, 2, 4, 100].map(Duration::from_millis);
-        assert_eq!(median_ms(&times), 3.0);
-        assert_eq!(median_ms(&times[..3]), 2.0);
-        assert_eq!(median_ms(&times[..1]), 1.0);
-    }
-
-    #[test]
-    fn hits_that_differ_in_one_distance_hash_differently() {
-        let mut hits = Hits::default();
-        hits.resize(3, 2);
-        let before = hits_hash(&hits.pixels);
-        hits.pixels[5].t = 1.0;
-        assert_ne!(hits_hash(&hits.pixels), before);
-    }
 }

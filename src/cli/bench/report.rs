@@ -35,6 +35,9 @@ pub struct Report {
     /// While the world was built, that included: with workload build, where the system tells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_bytes_per_triangle: Option<f64>,
+    /// What `slice::fill` of the same framebuffer takes on as many threads: with workload shaded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill_ms: Option<f64>,
     /// With `--stages`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stages: Option<StagesReport>,
@@ -79,6 +82,9 @@ impl Report {
         let peak = self
             .peak_bytes_per_triangle
             .map_or_else(String::new, |b| format!(" (peak {b:.1})"));
+        let fill = self.fill_ms.map_or_else(String::new, |fill| {
+            format!("\na fill of the framebuffer alone {fill:.3} ms")
+        });
         let counts = match (self.rays, self.hits) {
             (Some(rays), Some(hits)) => format!("\n{rays} rays, {hits} hits"),
             _ => String::new(),
@@ -86,7 +92,7 @@ impl Report {
         format!(
             "{}: {} triangles, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}{built}\n\
-             {quality}build {:.1} ms, {:.1} bytes a triangle{peak}{counts}{}{}",
+             {quality}build {:.1} ms, {:.1} bytes a triangle{peak}{counts}{fill}{}{}",
             self.scene,
             self.triangles,
             self.width,

@@ -294,6 +294,44 @@ mod x86 {
 
     four_lanes!(Sse2, Sse4_2);
 
+    /// One macro's results for the lanes from 0 on, without a closure: that may not be inlined.
+    macro_rules! eight {
+        ($row:ident) => {
+            [
+                $row!(0),
+                $row!(1),
+                $row!(2),
+                $row!(3),
+                $row!(4),
+                $row!(5),
+                $row!(6),
+                $row!(7),
+            ]
+        };
+    }
+    macro_rules! sixteen {
+        ($row:ident) => {
+            [
+                $row!(0),
+                $row!(1),
+                $row!(2),
+                $row!(3),
+                $row!(4),
+                $row!(5),
+                $row!(6),
+                $row!(7),
+                $row!(8),
+                $row!(9),
+                $row!(10),
+                $row!(11),
+                $row!(12),
+                $row!(13),
+                $row!(14),
+                $row!(15),
+            ]
+        };
+    }
+
     kernel!(
         /// Rows of 8 lanes as four columns.
         #[inline(always)]
@@ -347,19 +385,7 @@ mod x86 {
                     f32x4::load_array(self, table[index[$lane] as usize])
                 };
             }
-            transpose8(
-                self,
-                [
-                    row!(0),
-                    row!(1),
-                    row!(2),
-                    row!(3),
-                    row!(4),
-                    row!(5),
-                    row!(6),
-                    row!(7),
-                ],
-            )
+            transpose8(self, eight!(row))
         }
 
         #[inline(always)]
@@ -370,19 +396,7 @@ mod x86 {
                     f32x4::from_slice(self, &table[at..at + 4])
                 }};
             }
-            transpose8(
-                self,
-                [
-                    row!(0),
-                    row!(1),
-                    row!(2),
-                    row!(3),
-                    row!(4),
-                    row!(5),
-                    row!(6),
-                    row!(7),
-                ],
-            )
+            transpose8(self, eight!(row))
         }
 
         #[inline(always)]
@@ -408,19 +422,7 @@ mod x86 {
                     f32x4::load_array(self, scratch.aos(byte(words, first + $lane)))
                 };
             }
-            transpose8(
-                self,
-                [
-                    row!(0),
-                    row!(1),
-                    row!(2),
-                    row!(3),
-                    row!(4),
-                    row!(5),
-                    row!(6),
-                    row!(7),
-                ],
-            )
+            transpose8(self, eight!(row))
         }
 
         #[inline(always)]
@@ -484,27 +486,7 @@ mod x86 {
                     f32x4::load_array(self, table[index[$lane] as usize])
                 };
             }
-            transpose16(
-                self,
-                [
-                    row!(0),
-                    row!(1),
-                    row!(2),
-                    row!(3),
-                    row!(4),
-                    row!(5),
-                    row!(6),
-                    row!(7),
-                    row!(8),
-                    row!(9),
-                    row!(10),
-                    row!(11),
-                    row!(12),
-                    row!(13),
-                    row!(14),
-                    row!(15),
-                ],
-            )
+            transpose16(self, sixteen!(row))
         }
 
         #[inline(always)]
@@ -515,27 +497,7 @@ mod x86 {
                     f32x4::from_slice(self, &table[at..at + 4])
                 }};
             }
-            transpose16(
-                self,
-                [
-                    row!(0),
-                    row!(1),
-                    row!(2),
-                    row!(3),
-                    row!(4),
-                    row!(5),
-                    row!(6),
-                    row!(7),
-                    row!(8),
-                    row!(9),
-                    row!(10),
-                    row!(11),
-                    row!(12),
-                    row!(13),
-                    row!(14),
-                    row!(15),
-                ],
-            )
+            transpose16(self, sixteen!(row))
         }
 
         #[inline(always)]

@@ -32,6 +32,7 @@ mod orbit;
 mod overlay;
 mod pace;
 mod painter;
+mod panics;
 mod present;
 mod save;
 mod screen;

@@ -52,6 +52,8 @@ pub struct Pace {
     /// Pictures are of this scene.
     scene: u64,
     sent: Option<(Order, Instant)>,
+    /// What failed last, and was ordered once more.
+    failed: Option<Wish>,
     /// When the wish last changed.
     changed: Option<Instant>,
     /// When a hand last did something.
@@ -84,6 +86,7 @@ impl Pace {
             governor: Governor::default(),
             scene: 0,
             sent: None,
+            failed: None,
             changed: None,
             hand: None,
             released: false,
@@ -236,6 +239,15 @@ impl Pace {
         }
     }
 
+    /// A picture failed. What is wanted is ordered once more; when it fails again, it is given up until the wish changes.
+    pub fn failed(&mut self) {
+        let wish = self.sent.map(|(order, _)| order.wish);
+        if wish != self.failed {
+            self.failed = wish;
+            self.sent = None;
+        }
+    }
+
     /// A picture came; showing one takes `present`.
     pub fn took(&mut self, picture: &Picture, present: Duration) {
         let time = picture.stats.total + present;
@@ -322,6 +334,20 @@ mod tests {
         assert_eq!((order.samples.count(), order.pixel_size), (16, 1));
         for ms in [1, 100, 10_000] {
             assert_eq!(pace.step(wish(1), &moment(start, ms)), Step::default());
+        }
+    }
+
+    #[test]
+    fn what_fails_is_ordered_once_more_and_then_given_up() {
+        let (mut pace, start) = pace();
+        let ordered = |pace: &mut Pace, wish, ms| pace.step(wish, &moment(start, ms)).order;
+        for (width, from) in [(1, 0), (2, 1000)] {
+            assert!(ordered(&mut pace, wish(width), from).is_some());
+            pace.failed();
+            let again = ordered(&mut pace, wish(width), from + 1);
+            assert!(again.is_some_and(|order| order.wish == wish(width)));
+            pace.failed();
+            assert_eq!(ordered(&mut pace, wish(width), from + 2), None);
         }
     }
 

@@ -40,7 +40,7 @@ use super::screen::Stage;
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keymap, keys, script};
+use super::{AppError, AppOptions, backend, keymap, keys, panics, script};
 use crate::camera::Pivot;
 use crate::render::Renderer;
 
@@ -66,6 +66,7 @@ enum Message {
 /// # Errors
 /// See [`AppError`].
 pub fn run(options: AppOptions) -> Result<(), AppError> {
+    panics::tell_in_one_line();
     let event_loop = backend::event_loop::<Message>()?;
     let mut viewer = Viewer::new(options, event_loop.create_proxy())?;
     let ended = run_loop(event_loop, &mut viewer);
@@ -395,6 +396,6 @@ fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
 }
 
 /// Says a line on the terminal; a terminal that is gone is no reason to stop.
-fn report(line: &str) {
+pub(super) fn report(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }

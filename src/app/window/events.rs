@@ -55,6 +55,7 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Picture(picture)) => self.take_picture(picture),
             Message::Painter(Notice::Failed(why)) => {
                 self.is_awaited = false;
+                self.pace.failed();
                 self.tell(&format!("a picture failed: {why}"));
             }
             Message::Painter(Notice::Probed(answer)) => {
@@ -70,7 +71,8 @@ impl ApplicationHandler<Message> for Viewer {
                     self.save_picture();
                 }
             }
-            Message::Companion(_, News::Failed(why)) => {
+            Message::Companion(side, News::Failed(why)) => {
+                self.slow.take_failure(side);
                 self.tell(&format!("a picture failed: {why}"));
             }
             Message::Opener(heard) => self.hear(event_loop, heard),

@@ -27,6 +27,8 @@ mod latency;
 mod loader;
 mod memory;
 mod moves;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod opacity;
 mod opener;
 mod orbit;
 mod overlay;

@@ -150,6 +150,27 @@ fn a_screen_without_24_bits_a_pixel_is_told() {
 }
 
 #[test]
+fn on_a_screen_with_opacity_nothing_is_seen_through_the_picture() {
+    let Some(desk) = Desk::with_opacity() else {
+        return;
+    };
+    let mut viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    let client = desk.client();
+    let opacity = client.highest_bytes(viewer.window());
+    assert_eq!(opacity.len(), 320 * 240);
+    assert!(opacity.iter().all(|&byte| byte == 255));
+    viewer.keys(&["v"]);
+    let ids = desk.render(&["--size", "320x240", "--view", "id"]);
+    viewer.shows(&ids, "another view");
+    viewer.resize(211, 333);
+    let tall = desk.render(&["--size", "211x333", "--view", "id"]);
+    viewer.shows(&tall, "another size");
+    viewer.keys(&["q"]);
+    assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
 fn without_shared_memory_a_small_window_shows_its_picture_and_a_huge_one_a_smaller_picture() {
     let arguments = [HUGE, &["-extension", "MIT-SHM"]].concat();
     let Some(desk) = Desk::with(&arguments) else {

@@ -482,7 +482,7 @@ impl Measured {
 
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
-    renderer.install(|| source.parse())
+    source.parse(renderer)
 }
 
 fn quality(args: &BenchArgs) -> Quality {

@@ -17,7 +17,7 @@ const MAX_WARNINGS: usize = ParseErrors::MAX;
 pub fn run(args: &CheckArgs) -> Outcome {
     let renderer = renderer(0)?;
     let source = Source::read(&args.scene)?;
-    let scene = renderer.install(|| source.parse())?;
+    let scene = source.parse(&renderer)?;
     let most = if args.all_warnings {
         usize::MAX
     } else {

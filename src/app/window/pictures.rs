@@ -34,6 +34,7 @@ impl Viewer {
             let mut lines = self.statistics.lines(picture, self.state.frame());
             lines.extend(picture.map(fineness));
             lines.push(self.pace.latencies.line());
+            lines.extend(self.opener.improvement());
             lines
         } else {
             Vec::new()

@@ -46,7 +46,7 @@ pub fn color() -> bool {
 
 /// What a bar of steps looks like, and one of a part of something.
 const STEPS: &str = "{msg} {wide_bar} {pos}/{len}  {eta} left";
-const PART: &str = "{msg} {wide_bar} {percent} %  {eta} left";
+const PART: &str = "{msg} {wide_bar} {percent} %";
 
 /// A bar of `total` steps on a terminal, nothing elsewhere.
 #[must_use]
@@ -97,7 +97,8 @@ fn with_bar<R>(
             let bar = styled_bar(template, 0, what);
             while !done.load(Ordering::Relaxed) {
                 let (now, total) = counts();
-                bar.set_length(total as u64);
+                // As long as that is not known, nothing is done.
+                bar.set_length(total.max(1) as u64);
                 bar.set_position(now as u64);
                 thread::park_timeout(STEP);
             }

@@ -236,6 +236,11 @@ impl Opener {
         true
     }
 
+    /// Takes the error from the screen that is there; false when there is none.
+    pub fn dismiss(&mut self) -> bool {
+        self.error.take().is_some()
+    }
+
     /// Takes in what another thread tells.
     pub fn hear(&mut self, heard: Heard, now: Instant) -> Option<Outcome> {
         match heard {

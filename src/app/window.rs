@@ -252,7 +252,13 @@ impl Viewer {
         if action == Action::Back && self.opener.cancel() {
             return self.tell("loading cancelled");
         }
-        self.pace.input(Instant::now());
+        if action == Action::Back && self.state.may_overlay() && self.opener.dismiss() {
+            return;
+        }
+        // What was done before there was a picture is not answered late.
+        if self.epoch.is_some() {
+            self.pace.input(Instant::now());
+        }
         let now = self.now();
         self.state.advance(now);
         self.note(now, script::Line::Act(action));

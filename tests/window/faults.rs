@@ -82,7 +82,7 @@ fn a_file_that_is_dropped_is_opened() {
     let Some(desk) = Desk::new() else { return };
     let other = SCENE.replace("255 80 0", "0 250 255");
     std::fs::write(desk.path("other.txt"), other).expect("written");
-    let viewer = desk.view(&[]);
+    let mut viewer = desk.view(&[]);
     viewer.shows(&desk.still(), "at start");
     let client = desk.client();
     client.drop_file(viewer.window(), &desk.path("other.txt"));
@@ -95,7 +95,11 @@ fn a_file_that_is_dropped_is_opened() {
         "{:?}",
         viewer.words()
     );
+    viewer.changes_from(&expected, "the error");
     viewer.keys(&["Escape"]);
+    viewer.shows(&expected, "without the error");
+    viewer.keys(&["Escape"]);
+    assert_eq!(viewer.ends().code(), Some(0));
 }
 
 #[test]

@@ -77,6 +77,11 @@ fn a_bad_save_keeps_the_scene_and_shows_the_error_until_the_file_is_good_again()
         "{again:?}"
     );
     assert_eq!(opener.board(Instant::now()), None);
+    std::fs::write(&file, "<d 0").expect("written");
+    outcome(&mut opener, &heard);
+    assert!(opener.board(Instant::now()).is_some());
+    assert!(opener.dismiss() && !opener.dismiss());
+    assert_eq!(opener.board(Instant::now()), None);
 }
 
 #[test]

@@ -135,8 +135,11 @@ impl Overlay {
         if let Some(question) = &wish.question {
             self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
-        if let Some(message) = wish.message.as_ref().filter(|_| !wish.sheet) {
-            let lines = [Line::new("", message)];
+        let frame = bar.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
+        let message = wish.message.as_ref().filter(|_| !wish.sheet);
+        let message = message.map(|message| Line::new("", message));
+        let lines: Vec<Line> = frame.into_iter().chain(message).collect();
+        if !lines.is_empty() {
             // A window's height, and less.
             let above = bar.map_or(0, |b| b.bar.height_px as i32);
             self.panel(canvas, &lines, Place::BottomLeft(above));

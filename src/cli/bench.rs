@@ -482,7 +482,8 @@ impl Measured {
 
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
-    source.parse(renderer)
+    // Without a bar: this is measured.
+    renderer.install(|| source.parse(&|_, _| ()))
 }
 
 fn quality(args: &BenchArgs) -> Quality {

@@ -3,7 +3,7 @@
 use super::args::CheckArgs;
 use super::console::{color, print, say};
 use super::exit::Outcome;
-use super::load::{Source, renderer};
+use super::load::{Source, parse, renderer};
 use crate::geometry::is_degenerate;
 use crate::scene::{ParseErrors, Scene, Severity, annotate, locate_triangles};
 
@@ -17,7 +17,7 @@ const MAX_WARNINGS: usize = ParseErrors::MAX;
 pub fn run(args: &CheckArgs) -> Outcome {
     let renderer = renderer(0)?;
     let source = Source::read(&args.scene)?;
-    let scene = source.parse(&renderer)?;
+    let scene = parse(&renderer, &source)?;
     let most = if args.all_warnings {
         usize::MAX
     } else {

@@ -54,25 +54,30 @@ impl Source {
         }
     }
 
-    /// Parses the text, on the threads of `renderer`; on a terminal a large one gets a bar.
+    /// Parses the text, on the current threads.
     ///
     /// # Errors
     /// The text of all problems found, each with its place.
-    pub fn parse(&self, renderer: &Renderer) -> Result<Scene, Failure> {
-        let parse =
-            |watch: &Watch<'_>| renderer.install(|| scene::parse_watched(&self.text, watch));
-        with_part_bar("parsing", parse)
+    pub fn parse(&self, watch: &Watch<'_>) -> Result<Scene, Failure> {
+        scene::parse_watched(&self.text, watch)
             .map_err(|e| Failure::BadScene(e.render(&self.name, &self.text, color())))
     }
+}
+
+/// Parses a text, on the threads of `renderer`; on a terminal a large one gets a bar.
+///
+/// # Errors
+/// Those of [`Source::parse`].
+pub fn parse(renderer: &Renderer, source: &Source) -> Result<Scene, Failure> {
+    with_part_bar("parsing", |watch| renderer.install(|| source.parse(watch)))
 }
 
 /// Compiles a scene, on the threads of `renderer`; on a terminal a large one gets a bar.
 #[must_use]
 pub fn compile(renderer: &Renderer, scene: &Scene) -> World {
-    let compile = |watch: &Watch<'_>| {
+    with_part_bar("building the tree", |watch| {
         renderer.install(|| World::with_quality_watched(scene, Quality::Fine, watch))
-    };
-    with_part_bar("building the tree", compile)
+    })
 }
 
 /// True for `-`.
@@ -124,7 +129,7 @@ impl Stage {
     ) -> Result<Stage, Failure> {
         let renderer = renderer(picture.machine.threads)?;
         let source = Source::read(path)?;
-        let scene = source.parse(&renderer)?;
+        let scene = parse(&renderer, &source)?;
         let world = compile(&renderer, &scene);
         warn_of_degenerate(&source.name, world.degenerate_count());
         let base = Camera::of_scene(&scene, world.bounds());

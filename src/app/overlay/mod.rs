@@ -135,7 +135,9 @@ impl Overlay {
         if let Some(question) = &wish.question {
             self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
-        let frame = bar.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
+        // Where there is no room above the bar, the number would hide it.
+        let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
+        let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
         let message = wish.message.as_ref().filter(|_| !wish.sheet);
         let message = message.map(|message| Line::new("", message));
         let lines: Vec<Line> = frame.into_iter().chain(message).collect();

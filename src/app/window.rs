@@ -119,6 +119,8 @@ struct Viewer {
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
+    /// So many pictures failed.
+    failures: usize,
     /// The next one is in the making and will come.
     is_awaited: bool,
     /// It has not been on screen.
@@ -202,6 +204,7 @@ impl Viewer {
             memory,
             proxy,
             picture: None,
+            failures: 0,
             is_awaited: false,
             is_new: false,
             present: Duration::ZERO,

@@ -56,7 +56,7 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Failed(why)) => {
                 self.is_awaited = false;
                 self.pace.failed();
-                self.tell(&format!("a picture failed: {why}"));
+                self.picture_failed(&why);
             }
             Message::Painter(Notice::Probed(answer)) => {
                 let (probe, found) = *answer;
@@ -73,7 +73,7 @@ impl ApplicationHandler<Message> for Viewer {
             }
             Message::Companion(side, News::Failed(why)) => {
                 self.slow.take_failure(side);
-                self.tell(&format!("a picture failed: {why}"));
+                self.picture_failed(&why);
             }
             Message::Opener(heard) => self.hear(event_loop, heard),
             Message::SceneSaved(ending) => self.scene_saved(*ending),

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """From a hand's move to the picture that answers it, in the window; prints a Markdown table.
 
-  benches/latency.py SCENE.txt [...] [--seconds 60] [--size 1920x1080] [--idle [60]] [--f3d] [--json OUT]
+  benches/latency.py SCENE.txt [...] [--seconds 60] [--size 1920x1080] [--idle [60]] [--first [5]] [--f3d]
+                            [--json OUT]
   RAYBOMB_SCENES=DIR benches/latency.py                  # the scenes of a folder, the smallest first
 
 Build with `cargo build --release` before. Each scene is opened in a window on $DISPLAY, or without one on an Xvfb of its
@@ -12,6 +13,8 @@ missed      refreshes of a 60 Hz screen that a hand waited through and that show
 p50 p99     from the first move that a picture answers until the call that presents it returned
 resolution  how many window pixels one of the picture's stood for, and in how many of 100 pictures
 whole after from the last move until the picture in full resolution was shown
+parsed      what it takes from the file to the triangles (--first N: the best of N)
+first       from the start of the program to a whole picture on the screen (the same)
 idle        seconds of processor time in 60 seconds (--idle SECONDS) in which nothing happens
 F3D         what F3D takes for a picture of the same triangles (--f3d). Needs ../shared/peers/f3d_fps.py, and RAYBOMB_PEERS:
             the folder where the peers were set up, with its env.sh
@@ -95,6 +98,26 @@ def idle(scene, args, environment):
     return used * 60 / args.idle
 
 
+def first(scene, args, environment):
+    """Milliseconds from the file to triangles, and from the start of the program to the first picture."""
+    command = [PROGRAM, "bench", scene, "--workload", "load", "--frames", str(args.first), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        failed(scene, done.stderr)
+    shown = []
+    for _ in range(args.first):
+        start = time.monotonic()
+        pipe = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        with subprocess.Popen(view(scene, args.size), env=environment, **pipe) as window:
+            window.stdin.write("settle\n")
+            window.stdin.flush()
+            if not window.stdout.readline():
+                failed(scene, "it ended before there was a picture")
+            shown.append(1000 * (time.monotonic() - start))
+            window.communicate("quit\n")
+    return {"parsed_ms": json.loads(done.stdout)["min_ms"], "first_ms": min(shown)}
+
+
 def processor_seconds(pid):
     # After the program's name, in parentheses, the 12th and 13th field: ticks in the program and in the kernel.
     fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
@@ -146,6 +169,7 @@ def measure(scene, args, environment):
         "scene": scene.stem,
         "triangles": triangles(scene)[0],
         **moved,
+        **(first(scene, args, environment) if args.first else {}),
         "idle_s": idle(scene, args, environment) if args.idle else None,
         "f3d_ms": f3d(scene, args) if args.f3d else None,
     }
@@ -165,6 +189,7 @@ def cells(row, args):
         f"{ms['p99']:.1f} ms",
         ", ".join(f"{size}x{size} {100 * count / pictures:.1f} %" for size, count in sizes),
         f"{row['fine_after_ms']:.0f} ms",
+        *([f"{row['parsed_ms']:.0f} ms", f"{row['first_ms']:.0f} ms"] if args.first else []),
         *([f"{row['idle_s']:.2f} s"] if args.idle else []),
         *([f"{row['f3d_ms']:.0f} ms" if row["f3d_ms"] else ""] if args.f3d else []),
     ]
@@ -185,10 +210,12 @@ def main():
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--size", default="1920x1080")
     parser.add_argument("--idle", nargs="?", type=float, const=60)
+    parser.add_argument("--first", nargs="?", type=int, const=5)
     parser.add_argument("--f3d", action="store_true")
     parser.add_argument("--json", type=pathlib.Path, help="write all figures to this file")
     args = parser.parse_args()
     head = ["scene", "triangles", "pictures", "missed", "p50", "p99", "resolution", "whole after"]
+    head += ["parsed", "first"] * bool(args.first)
     head += ["idle"] * bool(args.idle) + ["F3D"] * args.f3d
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     rows = []

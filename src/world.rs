@@ -3,12 +3,13 @@
 //! What every picture needs is made at once; what only some views and engines need, when they first ask.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec3, Vec3};
 
 use crate::bvh::{Bvh, BvhStats, Quality};
 use crate::geometry::{Aabb, corner_lanes, unit_normal};
-use crate::scene::{Scene, Triangle};
+use crate::scene::{Scene, Triangle, Watch};
 use crate::simd::{
     Kernel, Simd, SimdBase, SimdNarrow, SimdSplit, SimdWiden, dispatch, f32x8, f64x4, transpose4,
 };
@@ -47,10 +48,21 @@ impl World {
     /// [`World::compile`] or [`World::compile_coarse`].
     #[must_use]
     pub fn with_quality(scene: &Scene, quality: Quality) -> World {
+        World::with_quality_watched(scene, quality, &|_, _| ())
+    }
+
+    /// [`World::with_quality`], which tells now and then how many triangles are in their place, and how many there
+    /// are: from any thread, and the numbers of different threads in any order. The last one may not come, and before
+    /// the first one the triangles are sorted.
+    #[must_use]
+    pub fn with_quality_watched(scene: &Scene, quality: Quality, watch: &Watch<'_>) -> World {
         let light = unit(scene.light.as_dvec3());
         let kernel = Kernel::best();
+        let placed = AtomicUsize::new(0);
         let records = |ids: &[u32], out: &mut Vec<MirrorRecord>| {
             dispatch!(kernel, simd => mirror_records(simd, light, &scene.triangles, ids, out));
+            let before = placed.fetch_add(ids.len(), Ordering::Relaxed);
+            watch(before + ids.len(), scene.triangles.len());
         };
         let (bvh, mirror_records) = Bvh::build_with(&scene.triangles, quality, &records);
         let triangle_count = scene.triangles.len();
@@ -215,6 +227,29 @@ mod tests {
     use crate::color::Rgb;
     use crate::geometry::edge_cross;
     use crate::math::Random;
+    use std::sync::Mutex;
+
+    #[test]
+    fn a_build_tells_how_far_it_is_and_is_the_same_for_it() {
+        let mut random = Random::new(5);
+        let mut scene = crate::scene::parse(b"<d 0 0 -1 0").expect("a scene");
+        scene.triangles.extend((0..20_000).map(|_| Triangle {
+            corners: [(); 3].map(|()| random.point()),
+            color: Rgb::BLACK,
+        }));
+        for quality in [Quality::Coarse, Quality::Fine] {
+            let told = Mutex::new(Vec::new());
+            let watch = |done, of| told.lock().expect("no panic").push((done, of));
+            let world = World::with_quality_watched(&scene, quality, &watch);
+            let mut told = told.into_inner().expect("no panic");
+            told.sort_unstable();
+            assert!(told.len() > 2, "{told:?}");
+            assert_eq!(told.last(), Some(&(20_000, 20_000)));
+            let plain = World::with_quality(&scene, quality);
+            assert_eq!(world.bvh().file_ids, plain.bvh().file_ids);
+            assert_eq!(world.bvh_stats(), plain.bvh_stats());
+        }
+    }
 
     #[test]
     fn records_are_those_of_scalar_arithmetic_to_the_bit() {

@@ -93,6 +93,18 @@ pub fn fitted(_window: &Window, size: (u32, u32)) -> (u32, u32) {
     size
 }
 
+/// True where a pixel that is shown has an opacity in its highest byte.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub fn has_opacity(window: &Window) -> bool {
+    super::opacity::is_in_pixels_of(window)
+}
+
+/// True where a pixel that is shown has an opacity in its highest byte.
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub fn has_opacity(_window: &Window) -> bool {
+    false
+}
+
 /// Sees to it that keys reach a new window that can be seen.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 pub fn take_keyboard(window: &Window) {

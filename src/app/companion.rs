@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use super::painter::message_of;
 use crate::camera::View;
 use crate::frame::Frame;
-use crate::render::{Renderer, Settings, Sketch};
+use crate::render::{FAULT, Renderer, Settings, Sketch};
 use crate::world::World;
 
 /// A task may be so long without an outline before it is shown as it is, and given up for a newer one.
@@ -93,6 +93,8 @@ struct Shared {
     signal: AtomicU8,
     /// The painter is at work.
     right_of_way: Arc<AtomicBool>,
+    /// The next picture shall fail.
+    fault: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -131,6 +133,9 @@ impl Shared {
 
     /// Lets the painter pass. True while the work is wanted; `may_end` tells whether a newer task may end it.
     fn go_on(&self, may_end: impl Fn() -> bool) -> bool {
+        if self.fault.load(Ordering::Relaxed) && self.fault.swap(false, Ordering::Relaxed) {
+            panic!("{FAULT}");
+        }
         loop {
             match self.signal.load(Ordering::Relaxed) {
                 signal::STOP => return false,
@@ -158,6 +163,7 @@ impl Companion {
             bell: Condvar::new(),
             signal: AtomicU8::new(signal::GO),
             right_of_way,
+            fault: AtomicBool::new(false),
         });
         let companion = Companion {
             shared: Arc::clone(&shared),
@@ -184,6 +190,11 @@ impl Companion {
         self.shared.signal.store(signal, Ordering::Relaxed);
         desk.task = task;
         self.shared.bell.notify_one();
+    }
+
+    /// For tests of what comes after a panic: a thread that works on the next picture panics.
+    pub fn inject_fault(&self) {
+        self.shared.fault.store(true, Ordering::Relaxed);
     }
 
     /// Gives back a frame that is no longer shown.

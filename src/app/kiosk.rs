@@ -47,6 +47,8 @@ pub struct Kiosk {
     is_loading: bool,
     /// Sources in a row that were no scenes.
     bad: usize,
+    /// What was said of each source that was no scene when it was loaded last.
+    told: Vec<Option<String>>,
     phase: Phase,
     /// The scene on screen has operations.
     has_operations: bool,
@@ -59,6 +61,7 @@ impl Kiosk {
     #[must_use]
     pub fn new(sources: Vec<Source>) -> Kiosk {
         Kiosk {
+            told: vec![None; sources.len()],
             sources,
             at: 0,
             next: None,
@@ -75,6 +78,13 @@ impl Kiosk {
         self.next = Some(loaded);
         self.is_loading = false;
         self.bad = 0;
+        self.told[self.at] = None;
+    }
+
+    /// True when the terminal has to hear why a source is no scene: not again and again in each round.
+    pub fn is_news(&mut self, why: &str) -> bool {
+        let before = self.told[self.at].replace(why.to_owned());
+        before.as_deref() != Some(why)
     }
 
     /// The scene that was loaded last has a better tree. Given back when it is the one on screen.
@@ -264,6 +274,18 @@ mod tests {
         }
         assert_eq!(name(k.turn(now, false)), "c");
         assert!(!k.failed());
+    }
+
+    #[test]
+    fn why_a_source_is_bad_is_told_once_until_that_changes() {
+        let mut k = Kiosk::new(vec![source("a"), source("b")]);
+        assert!(k.is_news("no file") && !k.is_news("no file"));
+        assert!(k.is_news("no scene"));
+        assert!(k.failed());
+        assert_eq!(name(k.turn(Instant::now(), false)), "b");
+        assert!(k.is_news("no scene") && !k.is_news("no scene"));
+        k.loaded(scene("b"));
+        assert!(k.is_news("no scene"));
     }
 
     #[test]

@@ -108,8 +108,8 @@ pub enum Stage {
     Making,
     /// So many bytes become triangles: so many percent are done.
     Parsing(usize, u8),
-    /// So many triangles become a tree.
-    Building(usize),
+    /// So many triangles become a tree: so many percent are in their place.
+    Building(usize, u8),
 }
 
 impl fmt::Display for Stage {
@@ -121,7 +121,9 @@ impl fmt::Display for Stage {
             Stage::Parsing(bytes, percent) => {
                 write!(f, "parsing {:.1} MB, {percent} %", *bytes as f64 / 1e6)
             }
-            Stage::Building(triangles) => write!(f, "building a tree of {triangles} triangles"),
+            Stage::Building(triangles, percent) => {
+                write!(f, "building a tree of {triangles} triangles, {percent} %")
+            }
         }
     }
 }
@@ -135,8 +137,23 @@ pub enum Told {
     Known,
     /// There is something to show, or never will be.
     Done(Result<Box<Loaded>, LoadError>),
+    /// So many percent of the better tree are there.
+    Improving(u8),
     /// The same scene in a better tree, after [`Loaded::is_coarse`].
     Better(Arc<World>),
+}
+
+/// Tells each percentage once, whichever threads come with it in whichever order.
+#[derive(Default)]
+struct Percent(AtomicU8);
+
+impl Percent {
+    /// The percentage, when it is a higher one than before.
+    fn news(&self, done: usize, of: usize) -> Option<u8> {
+        // A percentage fits.
+        let percent = (done as u128 * 100 / of.max(1) as u128).min(100) as u8;
+        (self.0.fetch_max(percent, Ordering::Relaxed) < percent).then_some(percent)
+    }
 }
 
 impl Source {
@@ -196,11 +213,9 @@ impl Source {
         }
         let bytes = text.len();
         at(Stage::Parsing(bytes, 0));
-        let told = AtomicU8::new(0);
+        let percent = Percent::default();
         let watch = |done: usize, of: usize| {
-            // A percentage fits.
-            let percent = (done as u128 * 100 / of.max(1) as u128).min(100) as u8;
-            if told.fetch_max(percent, Ordering::Relaxed) < percent {
+            if let Some(percent) = percent.news(done, of) {
                 at(Stage::Parsing(bytes, percent));
             }
         };
@@ -361,8 +376,16 @@ fn load(
         true => Quality::Coarse,
         false => Quality::Fine,
     };
-    at(Stage::Building(scene.triangles.len()));
-    let world = Arc::new(pool.install(|| World::with_quality(&scene, quality)));
+    let count = scene.triangles.len();
+    at(Stage::Building(count, 0));
+    let percent = Percent::default();
+    let watch = |done: usize, of: usize| {
+        if let Some(percent) = percent.news(done, of) {
+            at(Stage::Building(count, percent));
+        }
+    };
+    let build = || World::with_quality_watched(&scene, quality, &watch);
+    let world = Arc::new(pool.install(build));
     let bounds = world.bounds();
     tell(Told::Done(Ok(Box::new(Loaded {
         camera: scene.camera,
@@ -382,7 +405,14 @@ fn load(
         .num_threads(half)
         .start_handler(|_| step_back())
         .build();
-    let better = pool.map(|pool| pool.install(|| World::compile(&scene)));
+    let percent = Percent::default();
+    let watch = |done: usize, of: usize| {
+        if let Some(percent) = percent.news(done, of) {
+            tell(Told::Improving(percent));
+        }
+    };
+    let build = || World::with_quality_watched(&scene, Quality::Fine, &watch);
+    let better = pool.map(|pool| pool.install(build));
     // Without threads the coarse tree stays: it shows the same.
     if let Ok(world) = better {
         tell(Told::Better(Arc::new(world)));

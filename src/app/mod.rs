@@ -27,11 +27,14 @@ mod latency;
 mod loader;
 mod memory;
 mod moves;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod opacity;
 mod opener;
 mod orbit;
 mod overlay;
 mod pace;
 mod painter;
+mod panics;
 mod present;
 mod save;
 mod screen;

@@ -64,8 +64,8 @@ pub struct Opener {
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
-    /// A better tree of it is being built.
-    is_improving: bool,
+    /// So many percent are there of a better tree of it.
+    improving: Option<u8>,
     error: Option<Vec<Line>>,
     reload_at: Option<Instant>,
     /// What we wrote to the file ourselves: the scene shown, with its moves.
@@ -95,7 +95,7 @@ impl Opener {
             loading: None,
             is_shown: false,
             has_any: false,
-            is_improving: false,
+            improving: None,
             error: None,
             reload_at: None,
             written: None,
@@ -135,7 +135,14 @@ impl Opener {
     /// True while a better tree of the scene on screen is on its way.
     #[must_use]
     pub fn is_improving(&self) -> bool {
-        self.is_improving
+        self.improving.is_some()
+    }
+
+    /// What to say of the tree of the scene on screen while a better one is on its way.
+    #[must_use]
+    pub fn improvement(&self) -> Option<Line> {
+        let percent = self.improving?;
+        Some(Line::new("tree", format!("coarse; better one {percent} %")))
     }
 
     /// Loads the scene and watches its file.
@@ -206,7 +213,7 @@ impl Opener {
         self.reload_at = None;
         self.next_stamp = Stamp::of(&self.source);
         // The load that would bring a better tree is void.
-        self.is_improving = false;
+        self.improving = None;
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
@@ -227,6 +234,11 @@ impl Opener {
         self.loader.cancel();
         self.loading = None;
         true
+    }
+
+    /// Takes the error from the screen that is there; false when there is none.
+    pub fn dismiss(&mut self) -> bool {
+        self.error.take().is_some()
     }
 
     /// Takes in what another thread tells.
@@ -253,8 +265,12 @@ impl Opener {
                 self.loading = None;
                 Some(self.done(done))
             }
+            Heard::Load(_, Told::Improving(percent)) => {
+                self.improving = Some(percent);
+                None
+            }
             Heard::Load(_, Told::Better(world)) => {
-                self.is_improving = false;
+                self.improving = None;
                 Some(Outcome::Better(world))
             }
         }
@@ -267,7 +283,7 @@ impl Opener {
                 self.written = None;
                 self.stamp = self.next_stamp;
                 self.has_any = true;
-                self.is_improving = loaded.is_coarse;
+                self.improving = loaded.is_coarse.then_some(0);
                 let again = std::mem::replace(&mut self.is_shown, true);
                 Outcome::Show { loaded, again }
             }

@@ -75,6 +75,8 @@ struct Shared {
     bell: Condvar,
     /// A picture is in the making.
     is_at_work: Arc<AtomicBool>,
+    /// The next picture shall fail.
+    fault: AtomicBool,
 }
 
 /// What lies between the window and the render thread.
@@ -141,6 +143,9 @@ impl Shared {
     /// A picture of `order` begins. What came since the order was taken stops it at its first tile.
     fn begin(&self, order: &Order) -> Arc<Progress> {
         let progress = Arc::new(Progress::new());
+        if self.fault.swap(false, Ordering::Relaxed) {
+            progress.inject_fault();
+        }
         let mut desk = self.desk();
         desk.interruptible = (!order.moving).then(|| Arc::clone(&progress));
         if desk.closed || desk.has_job() {
@@ -206,6 +211,11 @@ impl Painter {
         desk.probes.push_back(probe);
         desk.interrupt();
         self.shared.bell.notify_one();
+    }
+
+    /// For tests of what comes after a panic: a thread that renders the next picture panics.
+    pub fn inject_fault(&self) {
+        self.shared.fault.store(true, Ordering::Relaxed);
     }
 
     /// Gives back a frame that is no longer shown.

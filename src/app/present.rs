@@ -9,9 +9,13 @@ use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use super::overlay::Canvas;
 use crate::frame::Frame;
 
+/// A pixel's opacity, where it has one: nothing is seen through it.
+const OPAQUE: u32 = 0xff00_0000;
+
 /// The window's surface.
 pub struct Presenter<D, W> {
     surface: Surface<D, W>,
+    has_opacity: bool,
 }
 
 /// The window system would not take the picture.
@@ -30,14 +34,17 @@ impl fmt::Display for PresentError {
 }
 
 impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
-    /// A surface for `window`.
+    /// A surface for `window`; `has_opacity` tells whether the highest byte of its pixels is their opacity.
     ///
     /// # Errors
     /// When the window system has no pixels to offer.
-    pub fn new(display: D, window: W) -> Result<Presenter<D, W>, PresentError> {
+    pub fn new(display: D, window: W, has_opacity: bool) -> Result<Presenter<D, W>, PresentError> {
         let context = Context::new(display).map_err(PresentError)?;
         let surface = Surface::new(&context, window).map_err(PresentError)?;
-        Ok(Presenter { surface })
+        Ok(Presenter {
+            surface,
+            has_opacity,
+        })
     }
 
     /// Copies `frame` (none: black) into the window, each of its pixels as a square of `pixel_size`, lets `draw`
@@ -66,6 +73,9 @@ impl<D: HasDisplayHandle, W: HasWindowHandle> Presenter<D, W> {
         };
         copy(frame, pixel_size, &mut canvas);
         draw(&mut canvas);
+        if self.has_opacity {
+            canvas.pixels.iter_mut().for_each(|pixel| *pixel |= OPAQUE);
+        }
         buffer.present().map_err(PresentError)
     }
 }

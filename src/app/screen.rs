@@ -41,7 +41,9 @@ impl Screen {
             .map_err(|e| backend::no_window(&e))?;
         let window = Arc::new(window);
         let display = event_loop.owned_display_handle();
-        let presenter = Presenter::new(display, Arc::clone(&window)).map_err(cannot_show)?;
+        let has_opacity = backend::has_opacity(&window);
+        let presenter =
+            Presenter::new(display, Arc::clone(&window), has_opacity).map_err(cannot_show)?;
         let size = window.inner_size();
         Ok(Screen {
             size: (size.width, size.height),

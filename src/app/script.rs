@@ -5,6 +5,7 @@
 //! orbit 12 -7        # an action, see action.rs
 //! resize 640 480     # the window takes another size
 //! settle             # wait until the picture stands in full, and say so
+//! fault worker       # for tests: a thread that renders the next picture panics
 //! ```
 //!
 //! While a script plays, time is the script's: it moves by its `wait` lines alone, so that a session is the same
@@ -27,6 +28,8 @@ pub enum Line {
     Resize(u32, u32),
     /// The picture that the state wants is shown.
     Settle,
+    /// A thread that renders the next picture panics: for tests of what comes after that.
+    Fault,
     /// An action.
     Act(Action),
 }
@@ -37,6 +40,7 @@ impl fmt::Display for Line {
             Line::Wait(dt) => write!(f, "wait {}.{:09}", dt.as_secs(), dt.subsec_nanos()),
             Line::Resize(width, height) => write!(f, "resize {width} {height}"),
             Line::Settle => f.write_str("settle"),
+            Line::Fault => f.write_str("fault worker"),
             Line::Act(action) => action.fmt(f),
         }
     }
@@ -49,6 +53,7 @@ impl FromStr for Line {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words[..] {
             ["settle"] => Ok(Line::Settle),
+            ["fault", "worker"] => Ok(Line::Fault),
             ["wait", seconds] => seconds
                 .parse()
                 .ok()
@@ -225,12 +230,20 @@ mod tests {
             Line::Wait(Duration::new(3, 7)),
             Line::Resize(640, 480),
             Line::Settle,
+            Line::Fault,
             Line::Act(Action::Undo),
         ] {
             assert_eq!(read_line(&format!(" {line} # so")), Ok(Some(line)));
         }
         assert_eq!(read_line("  # nothing"), Ok(None));
-        for bad in ["wait -1", "wait", "wait nan", "resize 0 5", "settle now"] {
+        for bad in [
+            "wait -1",
+            "wait",
+            "wait nan",
+            "resize 0 5",
+            "settle now",
+            "fault",
+        ] {
             assert!(read_line(bad).is_err(), "{bad}");
         }
     }

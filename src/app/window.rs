@@ -40,7 +40,7 @@ use super::screen::Stage;
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
 use super::statistics::Statistics;
-use super::{AppError, AppOptions, backend, keymap, keys, script};
+use super::{AppError, AppOptions, backend, keymap, keys, panics, script};
 use crate::camera::Pivot;
 use crate::render::Renderer;
 
@@ -66,6 +66,7 @@ enum Message {
 /// # Errors
 /// See [`AppError`].
 pub fn run(options: AppOptions) -> Result<(), AppError> {
+    panics::tell_in_one_line();
     let event_loop = backend::event_loop::<Message>()?;
     let mut viewer = Viewer::new(options, event_loop.create_proxy())?;
     let ended = run_loop(event_loop, &mut viewer);
@@ -118,6 +119,8 @@ struct Viewer {
     proxy: EventLoopProxy<Message>,
     /// The newest whole picture.
     picture: Option<Box<Picture>>,
+    /// So many pictures failed.
+    failures: usize,
     /// The next one is in the making and will come.
     is_awaited: bool,
     /// It has not been on screen.
@@ -201,6 +204,7 @@ impl Viewer {
             memory,
             proxy,
             picture: None,
+            failures: 0,
             is_awaited: false,
             is_new: false,
             present: Duration::ZERO,
@@ -251,7 +255,13 @@ impl Viewer {
         if action == Action::Back && self.opener.cancel() {
             return self.tell("loading cancelled");
         }
-        self.pace.input(Instant::now());
+        if action == Action::Back && self.state.may_overlay() && self.opener.dismiss() {
+            return;
+        }
+        // What was done before there was a picture is not answered late.
+        if self.epoch.is_some() {
+            self.pace.input(Instant::now());
+        }
         let now = self.now();
         self.state.advance(now);
         self.note(now, script::Line::Act(action));
@@ -395,6 +405,6 @@ fn physical(width: usize, height: usize) -> PhysicalSize<u32> {
 }
 
 /// Says a line on the terminal; a terminal that is gone is no reason to stop.
-fn report(line: &str) {
+pub(super) fn report(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }

@@ -155,6 +155,9 @@ pub struct AnimArgs {
 pub struct CheckArgs {
     /// Scene file, or - for the standard input
     pub scene: PathBuf,
+    /// Point at every triangle without area, not only at the first 20
+    #[arg(long)]
+    pub all_warnings: bool,
 }
 
 /// `raybomb info`

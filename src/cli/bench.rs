@@ -219,7 +219,8 @@ impl<'a> Bench<'a> {
 
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
-    renderer.install(|| source.parse())
+    // Without a bar: this is measured.
+    renderer.install(|| source.parse(&|_, _| ()))
 }
 
 fn quality(args: &BenchArgs) -> Quality {

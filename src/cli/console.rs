@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::exit::{Failure, Outcome};
 use crate::render::Progress;
+use crate::scene::Watch;
 
 /// Prints `text` and a newline to the standard output.
 ///
@@ -43,11 +44,18 @@ pub fn color() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
 }
 
+/// What a bar of steps looks like, and one of a part of something.
+const STEPS: &str = "{msg} {wide_bar} {pos}/{len}  {eta} left";
+const PART: &str = "{msg} {wide_bar} {percent} %";
+
 /// A bar of `total` steps on a terminal, nothing elsewhere.
 #[must_use]
 pub fn bar(total: u64, what: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}  {eta} left")
-        .expect("the template is well-formed");
+    styled_bar(STEPS, total, what)
+}
+
+fn styled_bar(template: &str, total: u64, what: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).expect("the template is well-formed");
     let total_known = Some(total);
     // Hidden by itself where the error stream is no terminal.
     ProgressBar::with_draw_target(total_known, indicatif::ProgressDrawTarget::stderr())
@@ -57,6 +65,27 @@ pub fn bar(total: u64, what: &str) -> ProgressBar {
 
 /// Does `work`; a picture that takes more than a moment gets a bar of its tiles on a terminal.
 pub fn with_tile_bar<R>(progress: &Progress, work: impl FnOnce() -> R) -> R {
+    with_bar(STEPS, "tiles", || progress.tiles(), work)
+}
+
+/// Does `work`, which tells any of its threads' counts of what is done and of all there is; when it takes more than a
+/// moment it gets a bar on a terminal.
+pub fn with_part_bar<R>(what: &str, work: impl FnOnce(&Watch<'_>) -> R) -> R {
+    let (done, total) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let watch = |now: usize, of: usize| {
+        done.fetch_max(now, Ordering::Relaxed);
+        total.store(of, Ordering::Relaxed);
+    };
+    let counts = || (done.load(Ordering::Relaxed), total.load(Ordering::Relaxed));
+    with_bar(PART, what, counts, || work(&watch))
+}
+
+fn with_bar<R>(
+    template: &str,
+    what: &str,
+    counts: impl Fn() -> (usize, usize) + Sync,
+    work: impl FnOnce() -> R,
+) -> R {
     const STEP: Duration = Duration::from_millis(50);
     if !io::stderr().is_terminal() {
         return work();
@@ -65,11 +94,12 @@ pub fn with_tile_bar<R>(progress: &Progress, work: impl FnOnce() -> R) -> R {
     thread::scope(|scope| {
         let painter = scope.spawn(|| {
             thread::park_timeout(STEP * 10);
-            let bar = bar(0, "tiles");
+            let bar = styled_bar(template, 0, what);
             while !done.load(Ordering::Relaxed) {
-                let (tiles, total) = progress.tiles();
-                bar.set_length(total as u64);
-                bar.set_position(tiles as u64);
+                let (now, total) = counts();
+                // As long as that is not known, nothing is done.
+                bar.set_length(total.max(1) as u64);
+                bar.set_position(now as u64);
                 thread::park_timeout(STEP);
             }
             bar.finish_and_clear();

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::args::InfoArgs;
 use super::console::print;
 use super::exit::{Failure, Outcome};
-use super::load::{Source, renderer};
+use super::load::{Source, compile, parse, renderer};
 use crate::bvh::BvhStats;
 use crate::camera::{Camera, Pivot};
 use crate::geometry::Aabb;
@@ -22,8 +22,8 @@ use crate::world::World;
 pub fn run(args: &InfoArgs) -> Outcome {
     let renderer = renderer(0)?;
     let source = Source::read(&args.scene)?;
-    let scene = renderer.install(|| source.parse())?;
-    let world = renderer.install(|| World::compile(&scene));
+    let scene = parse(&renderer, &source)?;
+    let world = compile(&renderer, &scene);
     let info = Info::new(source.name, &scene, &world);
     if args.json {
         let json = serde_json::to_string(&info)

@@ -6,13 +6,14 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::args::{PictureOptions, TimeOptions};
-use super::console::{color, say};
+use super::console::{color, say, with_part_bar};
 use super::exit::Failure;
 use super::values::Size;
 use crate::app::read_file;
+use crate::bvh::Quality;
 use crate::camera::{Camera, View};
 use crate::render::{Renderer, Samples, Settings};
-use crate::scene::{self, Scene};
+use crate::scene::{self, Scene, Watch};
 use crate::timeline::{Timing, camera_at};
 use crate::world::World;
 
@@ -57,10 +58,26 @@ impl Source {
     ///
     /// # Errors
     /// The text of all problems found, each with its place.
-    pub fn parse(&self) -> Result<Scene, Failure> {
-        scene::parse(&self.text)
+    pub fn parse(&self, watch: &Watch<'_>) -> Result<Scene, Failure> {
+        scene::parse_watched(&self.text, watch)
             .map_err(|e| Failure::BadScene(e.render(&self.name, &self.text, color())))
     }
+}
+
+/// Parses a text, on the threads of `renderer`; on a terminal a large one gets a bar.
+///
+/// # Errors
+/// Those of [`Source::parse`].
+pub fn parse(renderer: &Renderer, source: &Source) -> Result<Scene, Failure> {
+    with_part_bar("parsing", |watch| renderer.install(|| source.parse(watch)))
+}
+
+/// Compiles a scene, on the threads of `renderer`; on a terminal a large one gets a bar.
+#[must_use]
+pub fn compile(renderer: &Renderer, scene: &Scene) -> World {
+    with_part_bar("building the tree", |watch| {
+        renderer.install(|| World::with_quality_watched(scene, Quality::Fine, watch))
+    })
 }
 
 /// True for `-`.
@@ -112,8 +129,8 @@ impl Stage {
     ) -> Result<Stage, Failure> {
         let renderer = renderer(picture.machine.threads)?;
         let source = Source::read(path)?;
-        let scene = renderer.install(|| source.parse())?;
-        let world = renderer.install(|| World::compile(&scene));
+        let scene = parse(&renderer, &source)?;
+        let world = compile(&renderer, &scene);
         warn_of_degenerate(&source.name, world.degenerate_count());
         let base = Camera::of_scene(&scene, world.bounds());
         Ok(Stage {

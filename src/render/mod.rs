@@ -82,12 +82,17 @@ impl Settings {
     }
 }
 
+/// What a panic says that a test asked for.
+pub(crate) const FAULT: &str = "a fault was asked for";
+
 /// How far a picture is, and the wish to stop it; shared between threads.
 #[derive(Debug, Default)]
 pub struct Progress {
     cancelled: AtomicBool,
     done: AtomicUsize,
     total: AtomicUsize,
+    /// The next tile that is done shall fail.
+    fault: AtomicBool,
 }
 
 impl Progress {
@@ -106,6 +111,19 @@ impl Progress {
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// For tests of what comes after a panic: the thread that does the next tile panics after it.
+    pub(crate) fn inject_fault(&self) {
+        self.fault.store(true, Ordering::Relaxed);
+    }
+
+    /// One more tile is done.
+    fn step(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+        if self.fault.load(Ordering::Relaxed) && self.fault.swap(false, Ordering::Relaxed) {
+            panic!("{FAULT}");
+        }
     }
 
     fn start(&self, tiles: usize) {
@@ -308,7 +326,7 @@ impl Renderer {
                 && let Some(mut out) = plane.next()
             {
                 work(&mut tracer, &mut out, &mut clock);
-                progress.done.fetch_add(1, Ordering::Relaxed);
+                progress.step();
             }
             clock
         });

@@ -28,7 +28,7 @@ const MIN_TRIANGLE_BYTES: usize = 24;
 /// After so many triangles the one thread that reads a small text tells how far it is.
 const WATCH_EVERY: usize = 1 << 12;
 
-/// Is told how many triangles of how many are read.
+/// Is told how many triangles of how many are done.
 pub type Watch<'a> = dyn Fn(usize, usize) + Sync + 'a;
 
 /// The scene that `text` describes.

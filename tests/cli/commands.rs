@@ -43,6 +43,29 @@ fn check_points_at_triangles_without_area() {
 }
 
 #[test]
+fn check_does_not_flood_the_terminal_with_triangles_without_area() {
+    let folder = Folder::new();
+    let flat = "0 0 0  1 1 1  2 2 2  9 9 9\n";
+    folder.write(
+        "flat.txt",
+        format!("<d\n0 0 1\n25\n{}<o 0\n", flat.repeat(25)),
+    );
+    let pointed = |options: &[&str]| {
+        let run = folder.run(&[&["check", "flat.txt"], options].concat()).ok();
+        let summary = "flat.txt: no errors, 25 warnings, 25 triangles, 0 operations\n";
+        assert_eq!(run.stdout, summary);
+        (run.stderr.matches(": warning: ").count(), run.stderr)
+    };
+    let (count, words) = pointed(&[]);
+    assert_eq!(count, 20, "{words}");
+    let rest = "\n… and 5 more without area (--all-warnings points at each)\n";
+    assert!(words.ends_with(rest), "{words}");
+    let (count, words) = pointed(&["--all-warnings"]);
+    assert_eq!(count, 25, "{words}");
+    assert!(!words.contains("more"), "{words}");
+}
+
+#[test]
 fn check_reads_the_standard_input() {
     let folder = Folder::new();
     let run = folder

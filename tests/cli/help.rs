@@ -74,7 +74,7 @@ fn the_help_of_each_command_has_its_options_and_no_others() {
         (&["view"], &window[..]),
         (&["render"], &render[..]),
         (&["anim"], &anim[..]),
-        (&["check"], &[]),
+        (&["check"], &["--all-warnings"]),
         (&["info"], &["--json"]),
         (&["bench"], &bench[..]),
     ] {

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
+use crate::sessions::{rendered, settled};
 use crate::support::{Desk, SCENE};
+
+const FAULT_TOLD: &str = "a picture failed: a fault was asked for";
 
 /// A screen on which the largest window has room.
 const HUGE: &[&str] = &["-screen", "0", "4096x2160x24"];
@@ -79,7 +82,7 @@ fn a_file_that_is_dropped_is_opened() {
     let Some(desk) = Desk::new() else { return };
     let other = SCENE.replace("255 80 0", "0 250 255");
     std::fs::write(desk.path("other.txt"), other).expect("written");
-    let viewer = desk.view(&[]);
+    let mut viewer = desk.view(&[]);
     viewer.shows(&desk.still(), "at start");
     let client = desk.client();
     client.drop_file(viewer.window(), &desk.path("other.txt"));
@@ -92,7 +95,46 @@ fn a_file_that_is_dropped_is_opened() {
         "{:?}",
         viewer.words()
     );
+    viewer.changes_from(&expected, "the error");
     viewer.keys(&["Escape"]);
+    viewer.shows(&expected, "without the error");
+    viewer.keys(&["Escape"]);
+    assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn a_worker_that_panics_is_told_and_the_next_picture_is_right() {
+    let Some(desk) = Desk::new() else { return };
+    let fault = "fault worker\norbit 31 -17\nlet-go\nsettle";
+    let mut viewer = desk.view(&["--no-overlay", "--play-actions", "-"]);
+    // A thread of the painter's, then one of those for slow engines.
+    for (index, engine) in ["fast", "report"].into_iter().enumerate() {
+        viewer.tell(fault);
+        let report = settled(&viewer, index);
+        assert_eq!(report["engine"], engine);
+        viewer.shows(&rendered(&desk, &report), engine);
+        let place = viewer.says(2 * index);
+        assert!(place.starts_with("internal error at src/"), "{place}");
+        assert!(place.ends_with(": a fault was asked for"), "{place}");
+        assert_eq!(viewer.says(2 * index + 1), FAULT_TOLD);
+        viewer.tell("next-engine\nnext-engine");
+    }
+    assert_eq!(viewer.words().len(), 4, "{:?}", viewer.words());
+    viewer.keys(&["q"]);
+    assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn a_worker_that_panics_is_told_in_the_window() {
+    let Some(desk) = Desk::new() else { return };
+    let mut viewer = desk.view(&["--play-actions", "-"]);
+    viewer.tell("fault worker\nnext-view\nsettle");
+    let picture = rendered(&desk, &settled(&viewer, 0));
+    assert_eq!(viewer.says(1), FAULT_TOLD);
+    let told = viewer.grab();
+    let rows = told.rgb.chunks(320 * 3).zip(picture.rgb.chunks(320 * 3));
+    let covered = rows.filter(|(a, b)| a != b).count();
+    assert!((8..40).contains(&covered), "a line: {covered} rows");
 }
 
 #[test]
@@ -109,6 +151,27 @@ fn a_screen_without_24_bits_a_pixel_is_told() {
         assert!(words.starts_with(clear), "{screen}: {words}");
         assert_eq!(words.lines().count(), 1, "{screen}: {words}");
     }
+}
+
+#[test]
+fn on_a_screen_with_opacity_nothing_is_seen_through_the_picture() {
+    let Some(desk) = Desk::with_opacity() else {
+        return;
+    };
+    let mut viewer = desk.view(&[]);
+    viewer.shows(&desk.still(), "at start");
+    let client = desk.client();
+    let opacity = client.highest_bytes(viewer.window());
+    assert_eq!(opacity.len(), 320 * 240);
+    assert!(opacity.iter().all(|&byte| byte == 255));
+    viewer.keys(&["v"]);
+    let ids = desk.render(&["--size", "320x240", "--view", "id"]);
+    viewer.shows(&ids, "another view");
+    viewer.resize(211, 333);
+    let tall = desk.render(&["--size", "211x333", "--view", "id"]);
+    viewer.shows(&tall, "another size");
+    viewer.keys(&["q"]);
+    assert_eq!(viewer.ends().code(), Some(0));
 }
 
 #[test]

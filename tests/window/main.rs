@@ -1,8 +1,8 @@
 //! The window, by the real program on a real X server (Xvfb) with real keys (xdotool), mostly without a window manager,
 //! and on a Wayland compositor (weston). What the window shows is compared to the bit with what `raybomb render` writes.
 //!
-//! Needs Xvfb, xdotool, xwd, openbox and weston (Debian: `xvfb xdotool x11-apps openbox weston`). Where they are missing
-//! the tests say that they are skipped; with `CI=true` they fail.
+//! Needs Xvfb, Xtigervnc, xdotool, xwd, openbox and weston (Debian: `xvfb tigervnc-standalone-server xdotool x11-apps
+//! openbox weston`). Where they are missing the tests say that they are skipped; with `CI=true` they fail.
 #![cfg(target_os = "linux")]
 
 mod display;

@@ -9,25 +9,31 @@ fn scripted<'a>(desk: &'a Desk, options: &[&str]) -> Viewer<'a> {
     desk.view(&[&["--no-overlay", "--play-actions", "-"], options].concat())
 }
 
+/// What a viewer reports that settles for the `index`-th time, from 0.
+pub fn settled(viewer: &Viewer<'_>, index: usize) -> Value {
+    let report: Value = serde_json::from_str(&viewer.prints(index)).expect("JSON");
+    assert_eq!(report["settled"], index + 1, "{report}");
+    report
+}
+
 /// What `render` makes of the state that a settled viewer reports.
-fn rendered(desk: &Desk, report: &Value) -> Picture {
+pub fn rendered(desk: &Desk, report: &Value) -> Picture {
     let text = |key: &str| report[key].as_str().expect("a text").to_owned();
     let light = SCENE.find("0.3 1 -1").expect("the light");
     let tail = SCENE.find("<o").expect("the tail");
     let scene = text("camera") + &SCENE[light..tail] + &text("operations");
     std::fs::write(desk.path("settled.txt"), scene).expect("written");
     let size = format!("{}x{}", report["size"][0], report["size"][1]);
-    let view = text("view");
+    let (view, engine) = (text("view"), text("engine"));
     let aa = report["aa"].to_string();
-    let options = ["--size", &size, "--view", &view, "--aa", &aa];
-    desk.render_file("settled.txt", &options)
+    let how = ["--view", &view, "--engine", &engine, "--aa", &aa];
+    desk.render_file("settled.txt", &[&["--size", &size], &how[..]].concat())
 }
 
 /// Plays `script`, which settles once at its end, as the `index`-th (from 0) of the session.
 fn settles(desk: &Desk, viewer: &mut Viewer<'_>, index: usize, script: &str) -> (Value, Picture) {
     viewer.tell(script);
-    let report: Value = serde_json::from_str(&viewer.prints(index)).expect("JSON");
-    assert_eq!(report["settled"], index + 1, "{report}");
+    let report = settled(viewer, index);
     let picture = rendered(desk, &report);
     viewer.shows(&picture, script);
     (report, picture)

@@ -32,6 +32,9 @@ pub const SCENE: &str = "\
 <y 0.125
 ";
 
+/// The usual screen.
+const SCREEN: &[&str] = &["-screen", "0", "1600x1200x24"];
+
 /// Longer than anything takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Between two looks.
@@ -53,10 +56,21 @@ impl Desk {
 
     /// Starts the server with further arguments; `None`, said aloud, where the tools are missing and nobody insists on them.
     pub fn with(arguments: &[&str]) -> Option<Desk> {
-        if !is_there(&["Xvfb", "xdotool", "xwd"]) {
+        Desk::on("Xvfb", &[SCREEN, arguments].concat())
+    }
+
+    /// Starts a server whose pixels have 32 bits, which Xvfb has not.
+    pub fn with_opacity() -> Option<Desk> {
+        let deep = ["-depth", "32", "-geometry", "1600x1200"];
+        let reached_by_nobody = ["-rfbport", "-1", "-SecurityTypes", "None"];
+        Desk::on("Xtigervnc", &[deep, reached_by_nobody].concat())
+    }
+
+    fn on(server: &str, arguments: &[&str]) -> Option<Desk> {
+        if !is_there(&[server, "xdotool", "xwd"]) {
             return None;
         }
-        let (server, display) = start_server(arguments);
+        let (server, display) = start_server(server, arguments);
         let folder = tempfile::tempdir().expect("a folder for the test");
         std::fs::write(folder.path().join("scene.txt"), SCENE).expect("a scene");
         Some(Desk {
@@ -84,7 +98,7 @@ impl Desk {
 
     /// Another server in its place.
     pub fn restart_server(&mut self) {
-        let (server, display) = start_server(&[]);
+        let (server, display) = start_server("Xvfb", SCREEN);
         (self.server, self.display) = (Mutex::new(server), display);
     }
 
@@ -96,6 +110,7 @@ impl Desk {
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
+            .env_remove("RUST_BACKTRACE")
             .env("XDG_CONFIG_HOME", self.path("config"))
             .env("XDG_STATE_HOME", self.path("state"));
         command
@@ -187,21 +202,20 @@ impl Desk {
 }
 
 /// A server that is ready, and the name of its display.
-fn start_server(arguments: &[&str]) -> (Child, String) {
-    let mut server = Command::new("Xvfb")
+fn start_server(server: &str, arguments: &[&str]) -> (Child, String) {
+    let mut server = Command::new(server)
         // Without the last it starts anew, and turns callers away, whenever a tool was its only client.
         .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"])
-        .args(["-screen", "0", "1600x1200x24"])
         .args(arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()
-        .expect("Xvfb starts");
+        .expect("the server starts");
     let mut number = String::new();
     BufReader::new(server.stdout.as_mut().expect("piped"))
         .read_line(&mut number)
-        .expect("Xvfb tells its number");
-    assert!(!number.trim().is_empty(), "Xvfb found no display number");
+        .expect("the server tells its number");
+    assert!(!number.trim().is_empty(), "no display number is free");
     (server, format!(":{}", number.trim()))
 }
 

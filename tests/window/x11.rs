@@ -6,7 +6,7 @@ use x11rb::connection::Connection as _;
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{
     ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, CreateWindowAux, EventMask,
-    PropMode, SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, WindowClass,
+    ImageFormat, ImageOrder, PropMode, SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, WindowClass,
 };
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
@@ -36,6 +36,21 @@ impl Client {
                 .expect("sent");
         }
         self.connection.sync().expect("done");
+    }
+
+    /// The highest byte of each pixel of a window.
+    pub fn highest_bytes(&self, window: u32) -> Vec<u8> {
+        let asked = self.connection.get_geometry(window).expect("sent");
+        let size = asked.reply().expect("an answer");
+        let (format, planes) = (ImageFormat::Z_PIXMAP, !0);
+        let (width, height) = (size.width, size.height);
+        let asked = self
+            .connection
+            .get_image(format, window, 0, 0, width, height, planes);
+        let pixels = asked.expect("sent").reply().expect("a picture").data;
+        let order = self.connection.setup().image_byte_order;
+        let highest = if order == ImageOrder::LSB_FIRST { 3 } else { 0 };
+        pixels.iter().skip(highest).step_by(4).copied().collect()
     }
 
     /// Takes a window from the screen, as minimising does, or puts it back.

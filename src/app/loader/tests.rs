@@ -24,7 +24,7 @@ fn done(told: &Receiver<(u64, Told)>) -> (u64, Result<Box<Loaded>, LoadError>) {
     loop {
         match told.recv_timeout(Duration::from_secs(20)).expect("an end") {
             (number, Told::Done(done)) => return (number, done),
-            (_, Told::At(_) | Told::Known | Told::Better(_)) => {}
+            (_, Told::At(_) | Told::Known | Told::Improving(_) | Told::Better(_)) => {}
         }
     }
 }
@@ -47,7 +47,11 @@ fn a_scene_comes_with_its_stages_and_its_world() {
     .collect();
     assert_eq!(
         stages,
-        ["parsing 0.0 MB, 0 %", "building a tree of 1 triangles"]
+        [
+            "parsing 0.0 MB, 0 %",
+            "building a tree of 1 triangles, 0 %",
+            "building a tree of 1 triangles, 100 %"
+        ]
     );
 }
 
@@ -83,9 +87,18 @@ fn a_large_scene_comes_with_a_coarse_tree_and_then_with_a_better_one_of_the_same
     let (_, loaded) = done(&told);
     let loaded = loaded.expect("a scene");
     assert!(loaded.is_coarse);
-    let Ok((number, Told::Better(better))) = told.recv() else {
-        panic!("no better tree");
+    let mut percents = Vec::new();
+    let (number, better) = loop {
+        match told.recv() {
+            Ok((_, Told::Improving(percent))) => percents.push(percent),
+            Ok((number, Told::Better(better))) => break (number, better),
+            other => panic!("no better tree: {other:?}"),
+        }
     };
+    assert!(
+        percents.len() > 2 && percents.contains(&100),
+        "{percents:?}"
+    );
     assert!(loader.is_newest(number) && told.recv().is_err());
     let cost = |world: &World| world.bvh_stats().sah_cost;
     assert!(cost(&better) < cost(&loaded.world));

@@ -24,9 +24,14 @@ fn the_better_tree_follows_the_coarse_one_and_is_void_when_another_load_begins()
     let first = outcome(&mut opener, &heard);
     assert!(matches!(first, Outcome::Show { .. }), "{first:?}");
     assert!(opener.is_improving() && !opener.is_loading());
+    let tree = opener.improvement().expect("a coarse one");
+    assert_eq!(
+        (&*tree.name, &*tree.text),
+        ("tree", "coarse; better one 0 %")
+    );
     let second = outcome(&mut opener, &heard);
     assert!(matches!(second, Outcome::Better(_)), "{second:?}");
-    assert!(!opener.is_improving());
+    assert!(!opener.is_improving() && opener.improvement().is_none());
     opener.begin().expect("a thread");
     outcome(&mut opener, &heard);
     std::fs::write(&file, GOOD).expect("written");
@@ -76,6 +81,11 @@ fn a_bad_save_keeps_the_scene_and_shows_the_error_until_the_file_is_good_again()
         matches!(again, Outcome::Show { again: true, .. }),
         "{again:?}"
     );
+    assert_eq!(opener.board(Instant::now()), None);
+    std::fs::write(&file, "<d 0").expect("written");
+    outcome(&mut opener, &heard);
+    assert!(opener.board(Instant::now()).is_some());
+    assert!(opener.dismiss() && !opener.dismiss());
     assert_eq!(opener.board(Instant::now()), None);
 }
 

@@ -135,8 +135,13 @@ impl Overlay {
         if let Some(question) = &wish.question {
             self.panel(canvas, &[Line::new("", question)], Place::Middle);
         }
-        if let Some(message) = wish.message.as_ref().filter(|_| !wish.sheet) {
-            let lines = [Line::new("", message)];
+        // Where there is no room above the bar, the number would hide it.
+        let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
+        let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
+        let message = wish.message.as_ref().filter(|_| !wish.sheet);
+        let message = message.map(|message| Line::new("", message));
+        let lines: Vec<Line> = frame.into_iter().chain(message).collect();
+        if !lines.is_empty() {
             // A window's height, and less.
             let above = bar.map_or(0, |b| b.bar.height_px as i32);
             self.panel(canvas, &lines, Place::BottomLeft(above));

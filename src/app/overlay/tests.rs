@@ -93,6 +93,33 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
 }
 
 #[test]
+fn above_the_bar_stand_the_frame_and_the_message() {
+    let (width, height) = (320, 200);
+    let bar = Bar::new((width, height), 1.0, 48);
+    let covered = |frame: u64, message: Option<&str>| {
+        let wish = OverlayWish {
+            bar: Some(BarWish {
+                bar,
+                frame,
+                frames_per_op: 16,
+                section: None,
+            }),
+            message: message.map(str::to_owned),
+            ..OverlayWish::default()
+        };
+        let mut pixels = draw(&mut overlay(1.0), &wish, width, height);
+        pixels.truncate(bar.top_px * width);
+        pixels
+    };
+    let lines = |pixels: &[u32]| pixels.iter().filter(|&&p| p != 0xff_ffff).count() / width;
+    let alone = covered(7, None);
+    assert!(lines(&alone) > 0);
+    assert!(alone != covered(8, None));
+    let both = covered(7, Some("recording on"));
+    assert!(lines(&both) > lines(&alone));
+}
+
+#[test]
 fn the_bar_has_a_tick_for_each_operation() {
     let (width, height) = (200, 40);
     let bar = Bar::new((width, height), 1.0, 48);

@@ -55,7 +55,8 @@ impl ApplicationHandler<Message> for Viewer {
             Message::Painter(Notice::Picture(picture)) => self.take_picture(picture),
             Message::Painter(Notice::Failed(why)) => {
                 self.is_awaited = false;
-                self.tell(&format!("a picture failed: {why}"));
+                self.pace.failed();
+                self.picture_failed(&why);
             }
             Message::Painter(Notice::Probed(answer)) => {
                 let (probe, found) = *answer;
@@ -70,8 +71,9 @@ impl ApplicationHandler<Message> for Viewer {
                     self.save_picture();
                 }
             }
-            Message::Companion(_, News::Failed(why)) => {
-                self.tell(&format!("a picture failed: {why}"));
+            Message::Companion(side, News::Failed(why)) => {
+                self.slow.take_failure(side);
+                self.picture_failed(&why);
             }
             Message::Opener(heard) => self.hear(event_loop, heard),
             Message::SceneSaved(ending) => self.scene_saved(*ending),

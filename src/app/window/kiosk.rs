@@ -21,10 +21,11 @@ impl Viewer {
                 }
             }
             Outcome::Fatal(e) | Outcome::Kept(e) => {
-                if kiosk.failed() {
-                    report(&e.words(false));
-                } else {
+                let words = e.words(false);
+                if !kiosk.failed() {
                     self.fail(event_loop, AppError::NoScene(e));
+                } else if kiosk.is_news(&words) {
+                    report(&words);
                 }
             }
         }

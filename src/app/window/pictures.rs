@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use winit::event_loop::ActiveEventLoop;
 
-use super::{Message, Stage, Viewer};
+use super::{Message, Stage, Viewer, report};
 use crate::app::overlay::Line;
 use crate::app::pace::Moment;
 use crate::app::painter::Picture;
 use crate::app::state::OverlayWish;
-use crate::app::{backend, screenshot};
+use crate::app::{backend, panics, screenshot};
 use crate::render::Samples;
 
 impl Viewer {
@@ -34,6 +34,7 @@ impl Viewer {
             let mut lines = self.statistics.lines(picture, self.state.frame());
             lines.extend(picture.map(fineness));
             lines.push(self.pace.latencies.line());
+            lines.extend(self.opener.improvement());
             lines
         } else {
             Vec::new()
@@ -102,6 +103,17 @@ impl Viewer {
         if self.to_be_saved {
             self.save_picture();
         }
+    }
+
+    /// Says that a picture failed: in the window each time, on the terminal as often as anybody wants to read it.
+    pub(super) fn picture_failed(&mut self, why: &str) {
+        let line = format!("a picture failed: {why}");
+        self.failures += 1;
+        if self.failures <= panics::MOST {
+            report(&line);
+        }
+        self.state.advance(self.now());
+        self.state.say(line);
     }
 
     /// The user wants a file of the picture; that of a slow engine may take its time.

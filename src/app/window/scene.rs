@@ -32,6 +32,10 @@ pub(super) struct SaveEnding {
 impl Viewer {
     /// The opener heard something.
     pub(super) fn hear(&mut self, event_loop: &ActiveEventLoop, heard: Heard) {
+        if self.drawn.0.statistics && self.opener.is_improving() {
+            // They tell how far the better tree is.
+            self.stage.request_redraw();
+        }
         let outcome = self.opener.hear(heard, Instant::now());
         if self.kiosk.is_some() {
             return outcome

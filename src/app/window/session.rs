@@ -45,6 +45,8 @@ impl Viewer {
                     }
                 }
                 Line::Settle => print(&self.session.settle_report(&self.state, &mut self.pace)),
+                Line::Fault if self.state.wish().has_fast_side() => self.painter.inject_fault(),
+                Line::Fault => self.slow.inject_fault(),
                 Line::Wait(_) => {}
             }
             self.state.advance(self.now());

@@ -18,6 +18,8 @@ pub(super) struct SlowSides {
     /// Counts the scenes.
     scene: u64,
     ordered: [Option<Task>; 2],
+    /// What failed last, and was ordered once more.
+    failed: [Option<Task>; 2],
     shown: [Option<Box<Snapshot>>; 2],
     /// There is more than is on screen.
     pub(super) is_new: bool,
@@ -40,6 +42,7 @@ impl SlowSides {
             companions: [companion(0)?, companion(1)?],
             scene: 0,
             ordered: [None, None],
+            failed: [None, None],
             shown: [None, None],
             is_new: false,
         })
@@ -92,6 +95,18 @@ impl SlowSides {
             self.companions[side].give_back(old.frame);
         }
         self.is_new = true;
+    }
+
+    /// A picture of a side failed: it is ordered once more, see [`Pace::failed`](crate::app::pace::Pace::failed).
+    pub(super) fn take_failure(&mut self, side: usize) {
+        if self.ordered[side] != self.failed[side] {
+            self.failed[side] = self.ordered[side].take();
+        }
+    }
+
+    /// See [`Companion::inject_fault`].
+    pub(super) fn inject_fault(&self) {
+        self.companions.iter().for_each(Companion::inject_fault);
     }
 
     /// True when nothing is missing of what `wish` wants.

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 
 use crate::bvh::{Bvh, BvhStats, Quality};
 use crate::geometry::{Aabb, corner_lanes, unit_normal};
+use crate::raw::Pages;
 use crate::scene::{Scene, Triangle};
 use crate::simd::{
     Kernel, Simd, SimdBase, SimdNarrow, SimdSplit, SimdWiden, dispatch, f32x8, f64x4, transpose4,
@@ -24,7 +25,7 @@ pub struct World {
     bounds: Aabb,
     triangle_count: usize,
     light: DVec3,
-    mirror_records: Vec<MirrorRecord>,
+    mirror_records: Pages<MirrorRecord>,
     /// In leaf order.
     corners: OnceLock<Vec<[Vec3; 3]>>,
     /// In leaf order; the fourth number is not used.
@@ -49,7 +50,7 @@ impl World {
     pub fn with_quality(scene: &Scene, quality: Quality) -> World {
         let light = unit(scene.light.as_dvec3());
         let kernel = Kernel::best();
-        let records = |ids: &[u32], out: &mut Vec<MirrorRecord>| {
+        let records = |ids: &[u32], out: &mut Pages<MirrorRecord>| {
             dispatch!(kernel, simd => mirror_records(simd, light, &scene.triangles, ids, out));
         };
         let (bvh, mirror_records) = Bvh::build_with(&scene.triangles, quality, &records);
@@ -148,7 +149,7 @@ fn mirror_records<S: Simd>(
     light: DVec3,
     triangles: &[Triangle],
     ids: &[u32],
-    out: &mut Vec<MirrorRecord>,
+    out: &mut Pages<MirrorRecord>,
 ) {
     for ids in ids.chunks(8) {
         let mut of_lane = [&triangles[ids[ids.len() - 1] as usize]; 8];
@@ -228,7 +229,7 @@ mod tests {
         let ids: Vec<u32> = (0..997).rev().collect();
         let light = unit(DVec3::new(0.3, -1.0, 2.0));
         for kernel in Kernel::available() {
-            let mut records = Vec::new();
+            let mut records = Pages::new();
             dispatch!(kernel, simd => mirror_records(simd, light, &triangles, &ids, &mut records));
             assert_eq!(records.len(), ids.len());
             for (record, &id) in records.iter().zip(&ids) {

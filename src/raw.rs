@@ -1,11 +1,15 @@
 //! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
 //!
-//! Prefetching, large pages, stores past the caches, the time stamp counter, pictures whose tiles are written by
+//! Prefetching, large pages ([`Pages`]), stores past the caches, the time stamp counter, pictures whose tiles are written by
 //! several threads at once, and hits seen as words. All have a safe face.
 #![allow(unsafe_code)]
 
+mod pages;
+
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use pages::Pages;
 
 use crate::frame::Hit;
 
@@ -29,6 +33,9 @@ pub fn prefetch<T>(slice: &[T], index: usize, line: usize) {
     let _ = address;
 }
 
+/// Bytes of a large page.
+const LARGE_PAGE: usize = 2 << 20;
+
 /// Asks for large pages (2 MiB in place of 4 KiB) under memory that is about to be filled: the system then clears
 /// and maps it with a fraction of the interruptions, and two million triangles are built in 7 % less time. A hint, for
 /// Linux only; small slices are left alone.
@@ -36,10 +43,9 @@ pub fn large_pages<T>(memory: &mut [T]) {
     #[cfg(target_os = "linux")]
     {
         use rustix::mm::{Advice, madvise};
-        const LARGE: usize = 2 << 20;
         let start = memory.as_mut_ptr().cast::<u8>();
-        let head = start.align_offset(LARGE);
-        let length = size_of_val(memory).saturating_sub(head) / LARGE * LARGE;
+        let head = start.align_offset(LARGE_PAGE);
+        let length = size_of_val(memory).saturating_sub(head) / LARGE_PAGE * LARGE_PAGE;
         if length > 0 {
             let first = start.wrapping_add(head).cast();
             // SAFETY: this advice changes no content; `first` and `length` are those of whole large pages inside

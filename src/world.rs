@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 use crate::bvh::{Bvh, BvhStats, Quality};
 use crate::geometry::{Aabb, corner_lanes, unit_normal};
+use crate::raw::Pages;
 use crate::scene::{Scene, Triangle, Watch};
 use crate::simd::{
     Kernel, Simd, SimdBase, SimdNarrow, SimdSplit, SimdWiden, dispatch, f32x8, f64x4, transpose4,
@@ -25,7 +26,7 @@ pub struct World {
     bounds: Aabb,
     triangle_count: usize,
     light: DVec3,
-    mirror_records: Vec<MirrorRecord>,
+    mirror_records: Pages<MirrorRecord>,
     /// In leaf order.
     corners: OnceLock<Vec<[Vec3; 3]>>,
     /// In leaf order; the fourth number is not used.
@@ -59,7 +60,7 @@ impl World {
         let light = unit(scene.light.as_dvec3());
         let kernel = Kernel::best();
         let placed = AtomicUsize::new(0);
-        let records = |ids: &[u32], out: &mut Vec<MirrorRecord>| {
+        let records = |ids: &[u32], out: &mut Pages<MirrorRecord>| {
             dispatch!(kernel, simd => mirror_records(simd, light, &scene.triangles, ids, out));
             let before = placed.fetch_add(ids.len(), Ordering::Relaxed);
             watch(before + ids.len(), scene.triangles.len());
@@ -160,7 +161,7 @@ fn mirror_records<S: Simd>(
     light: DVec3,
     triangles: &[Triangle],
     ids: &[u32],
-    out: &mut Vec<MirrorRecord>,
+    out: &mut Pages<MirrorRecord>,
 ) {
     for ids in ids.chunks(8) {
         let mut of_lane = [&triangles[ids[ids.len() - 1] as usize]; 8];
@@ -246,7 +247,7 @@ mod tests {
             assert!(told.len() > 2, "{told:?}");
             assert_eq!(told.last(), Some(&(20_000, 20_000)));
             let plain = World::with_quality(&scene, quality);
-            assert_eq!(world.bvh().file_ids, plain.bvh().file_ids);
+            assert_eq!(*world.bvh().file_ids, *plain.bvh().file_ids);
             assert_eq!(world.bvh_stats(), plain.bvh_stats());
         }
     }
@@ -263,7 +264,7 @@ mod tests {
         let ids: Vec<u32> = (0..997).rev().collect();
         let light = unit(DVec3::new(0.3, -1.0, 2.0));
         for kernel in Kernel::available() {
-            let mut records = Vec::new();
+            let mut records = Pages::new();
             dispatch!(kernel, simd => mirror_records(simd, light, &triangles, &ids, &mut records));
             assert_eq!(records.len(), ids.len());
             for (record, &id) in records.iter().zip(&ids) {

@@ -10,7 +10,7 @@ use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
-use crate::raw::prefetch;
+use crate::raw::{Pages, prefetch};
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -23,7 +23,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
     sorted: &Sorted,
     records: &PartRecords<R>,
-) -> (Bvh, Vec<R>) {
+) -> (Bvh, Pages<R>) {
     let keys = &sorted.keys[..];
     let kernel = Kernel::best();
     let write = |piece: &mut Piece, parts: &[Range<usize>]| {
@@ -33,12 +33,52 @@ pub(super) fn build<R: Copy + Send + Sync>(
             piece.finish_part(root);
         }
     };
-    let top = top(keys, 0..keys.len());
+    let top = top(&Sparse::of(keys), 0..keys.len());
     assemble(triangles, sorted.bounds, top, Range::len, write, records)
 }
 
-/// The ends of up to eight cells that make up `range`, opened largest first down to `least` triangles.
-fn open(keys: &[Key], range: &Range<usize>, least: usize) -> ([usize; WIDTH + 1], usize) {
+/// Keys in order, and every sixty-fourth code by itself: to look for a place among all keys takes a line of memory
+/// a step.
+struct Sparse<'a> {
+    keys: &'a [Key],
+    codes: Vec<u32>,
+}
+
+impl Sparse<'_> {
+    const STRIDE: usize = 64;
+
+    fn of(keys: &[Key]) -> Sparse<'_> {
+        let codes = keys.iter().step_by(Sparse::STRIDE);
+        Sparse {
+            keys,
+            codes: codes.map(|&key| morton::code(key)).collect(),
+        }
+    }
+
+    /// Where to cut `range`: as [`morton::cut`], counted from the first of all keys.
+    fn cut(&self, range: Range<usize>) -> usize {
+        let keys = &self.keys[range.clone()];
+        let Some(bit) = morton::highest_difference(keys) else {
+            return range.start + keys.len() / 2;
+        };
+        let before = |code: u32| code >> bit == morton::code(keys[0]) >> bit;
+        // The sparse codes inside; those before the cut; the keys from the last of these to the next.
+        let inside = range.start.div_ceil(Sparse::STRIDE)..range.end.div_ceil(Sparse::STRIDE);
+        let count = self.codes[inside.clone()].partition_point(|&code| before(code));
+        let next = (inside.start + count) * Sparse::STRIDE;
+        let near = range.start.max(next.saturating_sub(Sparse::STRIDE))..range.end.min(next);
+        near.start + self.keys[near].partition_point(|&key| before(morton::code(key)))
+    }
+}
+
+/// The ends of up to eight cells that make up `range`, opened largest first down to `least` triangles. `cut` says
+/// where to cut a range.
+#[inline(always)]
+fn open(
+    range: &Range<usize>,
+    least: usize,
+    cut: impl Fn(Range<usize>) -> usize,
+) -> ([usize; WIDTH + 1], usize) {
     let mut ends = [range.end; WIDTH + 1];
     ends[0] = range.start;
     let mut count = 1;
@@ -53,7 +93,7 @@ fn open(keys: &[Key], range: &Range<usize>, least: usize) -> ([usize; WIDTH + 1]
         if largest <= least {
             break;
         }
-        let cut = ends[at] + morton::cut(&keys[ends[at]..ends[at + 1]]);
+        let cut = cut(ends[at]..ends[at + 1]);
         ends.copy_within(at + 1..=count, at + 2);
         ends[at + 1] = cut;
         count += 1;
@@ -61,11 +101,11 @@ fn open(keys: &[Key], range: &Range<usize>, least: usize) -> ([usize; WIDTH + 1]
     (ends, count)
 }
 
-fn top(keys: &[Key], range: Range<usize>) -> Top<Range<usize>> {
+fn top(keys: &Sparse, range: Range<usize>) -> Top<Range<usize>> {
     if range.len() <= PART {
         return Top::Part(range);
     }
-    let (ends, count) = open(keys, &range, MAX_LEAF);
+    let (ends, count) = open(&range, MAX_LEAF, |range| keys.cut(range));
     let cells = (0..count).map(|i| top(keys, ends[i]..ends[i + 1]));
     Top::Node(cells.collect())
 }
@@ -95,7 +135,8 @@ impl Cells<'_> {
             return piece.leaf(simd, &numbers[..count], bounds);
         }
         let me = piece.reserve_node();
-        let (ends, count) = open(self.keys, &range, MAX_LEAF);
+        let cut = |range: Range<usize>| range.start + morton::cut(&self.keys[range]);
+        let (ends, count) = open(&range, MAX_LEAF, cut);
         let mut bounds = Prim::EMPTY;
         for i in 0..count {
             let branch = self.branch(simd, piece, ends[i]..ends[i + 1]);
@@ -103,5 +144,29 @@ impl Cells<'_> {
             bounds = bounds.join(&branch.bounds);
         }
         Piece::branch(me, bounds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_by_sparse_codes_are_those_by_all() {
+        let mut code = 0u64;
+        let keys: Vec<Key> = (0..1000)
+            .map(|i| {
+                // Runs of equal codes, some longer than the stride; steps of many sizes.
+                code += if i % 200 < 130 { 0 } else { 1 << (i % 17) };
+                code << 32 | i
+            })
+            .collect();
+        let sparse = Sparse::of(&keys);
+        for start in (0..1000).step_by(7) {
+            for end in (start + 2..=1000).step_by(11) {
+                let expected = start + morton::cut(&keys[start..end]);
+                assert_eq!(sparse.cut(start..end), expected, "{start}..{end}");
+            }
+        }
     }
 }

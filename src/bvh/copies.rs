@@ -13,6 +13,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::radix::{Key, code, number};
+use crate::raw::Pages;
 use crate::scene::Triangle;
 
 /// Keys so far apart are compared: cells with twice as many triangles are always found crowded, those with at most as
@@ -35,7 +36,7 @@ pub(super) fn is_crowded(keys: &[Key]) -> bool {
 /// Takes all triangles out of the crowded cells of `keys`, which are in order, that are copies of one with a lower
 /// number; how many there were.
 #[cold]
-pub(super) fn drop_copies(triangles: &[Triangle], keys: &mut Vec<Key>) -> usize {
+pub(super) fn drop_copies(triangles: &[Triangle], keys: &mut Pages<Key>) -> usize {
     let cells = crowded_cells(keys);
     let originals: Vec<Vec<Key>> = cells
         .par_iter()
@@ -139,10 +140,10 @@ mod tests {
         for (groups, copies) in [(1, 33), (3, 40), (100, 11), (1000, 1), (5, 3000)] {
             let triangles = copied(groups, copies);
             for quality in [Quality::Fine, Quality::Coarse] {
-                let (bvh, _) = Bvh::build_with(&triangles, quality, &|_, _: &mut Vec<()>| {});
+                let (bvh, _) = Bvh::build_with(&triangles, quality, &|_, _: &mut Pages<()>| {});
                 assert_eq!(bvh.validate(&triangles), Ok(()));
                 assert_eq!(bvh.copies, groups * (copies - 1), "{groups} {copies} times");
-                let mut ids = bvh.file_ids;
+                let mut ids = bvh.file_ids.to_vec();
                 ids.sort_unstable();
                 assert!(ids[..groups].iter().copied().eq(0..groups as u32));
             }

@@ -12,7 +12,7 @@ use super::pack::Packer;
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
 use crate::geometry::Aabb;
-use crate::raw::large_pages;
+use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::Simd;
 
@@ -66,13 +66,13 @@ pub(super) struct Piece<'a> {
     triangles: &'a [Triangle],
     /// Culling has to be conservative, not tight.
     padding: f32,
-    nodes: Vec<Node>,
-    lines: Vec<Line>,
-    file_ids: Vec<u32>,
+    nodes: Pages<Node>,
+    lines: Pages<Line>,
+    file_ids: Pages<u32>,
     /// Triangles in leaf order before those of this piece.
     first_id: u32,
     /// One for each part.
-    roots: Vec<Branch>,
+    roots: Pages<Branch>,
     packer: Packer,
 }
 
@@ -149,7 +149,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     size: impl Fn(&T) -> usize,
     write: impl Fn(&mut Piece, &[T]) + Sync,
     records: &PartRecords<R>,
-) -> (Bvh, Vec<R>) {
+) -> (Bvh, Pages<R>) {
     let diagonal = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length();
     let padding = (diagonal * (1.0 / f64::from(1 << 20))) as f32;
     let mut parts = Vec::new();
@@ -159,19 +159,21 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     let empty = || Piece {
         triangles,
         padding,
-        nodes: Vec::new(),
-        lines: Vec::new(),
-        file_ids: Vec::new(),
+        nodes: Pages::new(),
+        lines: Pages::new(),
+        file_ids: Pages::new(),
         first_id: 0,
-        roots: Vec::new(),
+        roots: Pages::new(),
         packer: Packer::new(),
     };
     let mut whole = Whole {
         total: parts.iter().map(&size).sum(),
         piece: empty(),
-        records: Vec::new(),
+        records: Pages::new(),
     };
-    whole.piece.nodes.resize(top_count, Node::EMPTY);
+    for _ in 0..top_count {
+        whole.piece.reserve_node();
+    }
     let groups = group(&parts, &size);
     let threads = rayon::current_num_threads();
     let at_once = (groups.len() / SHARE).clamp(threads, PIECES_A_THREAD * threads);
@@ -188,7 +190,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
             whole.make_room();
             continue;
         }
-        pieces.resize_with(groups.len(), || (empty(), Vec::new()));
+        pieces.resize_with(groups.len(), || (empty(), Pages::new()));
         for ((piece, _), parts) in pieces.iter_mut().zip(groups) {
             piece.first_id = first_id as u32;
             first_id += parts.iter().map(&size).sum::<usize>();
@@ -225,12 +227,12 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
 }
 
 /// The tree as far as it is written.
-struct Whole<'a, R> {
+struct Whole<'a, R: Copy> {
     /// Triangles that there will be.
     total: usize,
     /// The top's nodes, still empty, and all that is written behind them.
     piece: Piece<'a>,
-    records: Vec<R>,
+    records: Pages<R>,
 }
 
 impl<R: Copy + Send + Sync> Whole<'_, R> {
@@ -252,7 +254,7 @@ impl<R: Copy + Send + Sync> Whole<'_, R> {
     }
 
     /// Moves what is in `pieces` behind everything.
-    fn append(&mut self, pieces: &mut [(Piece, Vec<R>)]) {
+    fn append(&mut self, pieces: &mut [(Piece, Pages<R>)]) {
         let all = &mut self.piece;
         let (mut nodes, mut lines) = (all.nodes.len(), all.lines.len());
         for (piece, _) in &mut *pieces {
@@ -283,7 +285,12 @@ impl<R: Copy + Send + Sync> Whole<'_, R> {
 }
 
 /// One column of all pieces, behind what is there; then `share` of the tree is there.
-fn append<P, T: Copy>(all: &mut Vec<T>, pieces: &[P], share: f64, column: impl Fn(&P) -> &Vec<T>) {
+fn append<P, T: Copy>(
+    all: &mut Pages<T>,
+    pieces: &[P],
+    share: f64,
+    column: impl Fn(&P) -> &Pages<T>,
+) {
     let more: usize = pieces.iter().map(|p| column(p).len()).sum();
     make_room(all, more, share);
     for piece in pieces {
@@ -292,18 +299,12 @@ fn append<P, T: Copy>(all: &mut Vec<T>, pieces: &[P], share: f64, column: impl F
 }
 
 /// Room for `more` and for all that is to come after it, if the rest is like the share of the tree that is there
-/// then.
-///
-/// Growing by doubling would copy everything again and again (aligned memory cannot grow where it is), and room that
-/// is never touched costs nothing.
-fn make_room<T: Copy>(all: &mut Vec<T>, more: usize, share: f64) {
+/// then: growing by doubling would copy everything again and again.
+fn make_room<T: Copy>(all: &mut Pages<T>, more: usize, share: f64) {
     let expected = (all.len() + more) as f64 / share;
-    if expected > all.capacity() as f64 {
+    if expected > all.room() as f64 {
         // A little more: the next share may say a little more.
-        let mut larger = Vec::with_capacity((expected * 1.05) as usize + 1);
-        large_pages(larger.spare_capacity_mut());
-        larger.extend_from_slice(all);
-        *all = larger;
+        all.make_room((expected * 1.05) as usize + 1);
     }
 }
 

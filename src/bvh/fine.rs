@@ -15,7 +15,7 @@ use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
 use super::{Bvh, PartRecords};
-use crate::raw::prefetch;
+use crate::raw::{Pages, prefetch};
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -60,7 +60,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
     sorted: Sorted,
     shape: LeafShape,
     records: &PartRecords<R>,
-) -> (Bvh, Vec<R>) {
+) -> (Bvh, Pages<R>) {
     let bounds = sorted.bounds;
     let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
     let fine = Fine {

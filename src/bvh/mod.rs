@@ -30,7 +30,7 @@ pub use stats::BvhStats;
 pub use validate::Invalid;
 
 use crate::geometry::Aabb;
-use crate::raw::prefetch;
+use crate::raw::{Pages, prefetch};
 use crate::scene::Triangle;
 
 /// How much work goes into a tree. What is hit does not depend on it.
@@ -43,17 +43,17 @@ pub enum Quality {
 }
 
 /// Appends one record for each of the triangles with these numbers.
-pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Vec<R>) + Sync + 'a;
+pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Pages<R>) + Sync + 'a;
 
 /// A tree over the triangles that have an area.
 #[derive(Debug)]
 pub struct Bvh {
     /// Interior nodes; the root is the first. Empty when there is no triangle.
-    pub nodes: Vec<Node>,
+    pub nodes: Pages<Node>,
     /// The leaves, see [`Leaf`].
-    pub lines: Vec<Line>,
+    pub lines: Pages<Line>,
     /// The file's number of each triangle, in the order of the leaves.
-    pub file_ids: Vec<u32>,
+    pub file_ids: Pages<u32>,
     /// The box of all triangles in the tree.
     pub bounds: Aabb,
     /// Triangles left out because one with a lower number has the very same corners.
@@ -68,7 +68,7 @@ impl Bvh {
     /// Beyond 2³² triangles or 2²⁷ lines of leaves (8 GiB).
     #[must_use]
     pub fn build(triangles: &[Triangle]) -> Bvh {
-        Bvh::build_with(triangles, Quality::Fine, &|_, _: &mut Vec<()>| {}).0
+        Bvh::build_with(triangles, Quality::Fine, &|_, _: &mut Pages<()>| {}).0
     }
 
     /// Builds a tree in a fraction of the time, with which frames take longer.
@@ -77,7 +77,7 @@ impl Bvh {
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_coarse(triangles: &[Triangle]) -> Bvh {
-        Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Vec<()>| {}).0
+        Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Pages<()>| {}).0
     }
 
     /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles. Copies stay.
@@ -87,7 +87,12 @@ impl Bvh {
     #[must_use]
     pub fn build_for_rays(triangles: &[Triangle]) -> Bvh {
         Bvh::over(morton::sort_all(triangles), |sorted| {
-            fine::build(triangles, sorted, LeafShape::RAYS, &|_, _: &mut Vec<()>| {})
+            fine::build(
+                triangles,
+                sorted,
+                LeafShape::RAYS,
+                &|_, _: &mut Pages<()>| {},
+            )
         })
         .0
     }
@@ -102,7 +107,7 @@ impl Bvh {
         triangles: &[Triangle],
         quality: Quality,
         records: &PartRecords<R>,
-    ) -> (Bvh, Vec<R>) {
+    ) -> (Bvh, Pages<R>) {
         let mut sorted = morton::sort_all(triangles);
         let mut copies = 0;
         if sorted.crowded {
@@ -116,21 +121,21 @@ impl Bvh {
     }
 
     /// Hands the triangles to `build`; without any there is nothing to build.
-    fn over<R>(
+    fn over<R: Copy>(
         sorted: morton::Sorted,
-        build: impl FnOnce(morton::Sorted) -> (Bvh, Vec<R>),
-    ) -> (Bvh, Vec<R>) {
+        build: impl FnOnce(morton::Sorted) -> (Bvh, Pages<R>),
+    ) -> (Bvh, Pages<R>) {
         if !sorted.keys.is_empty() {
             return build(sorted);
         }
         let empty = Bvh {
-            nodes: Vec::new(),
-            lines: Vec::new(),
-            file_ids: Vec::new(),
+            nodes: Pages::new(),
+            lines: Pages::new(),
+            file_ids: Pages::new(),
             bounds: Aabb::EMPTY,
             copies: 0,
         };
-        (empty, Vec::new())
+        (empty, Pages::new())
     }
 
     /// The leaf that starts at line `first`.

@@ -7,9 +7,10 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::radix::{BUCKETS, CODE_BITS, Runs, bucket, keys_room, merge};
+use super::radix::{BUCKETS, CODE_BITS, Runs, bucket, merge};
 pub(super) use super::radix::{Key, code, number};
 use crate::geometry::{Aabb, corner_lanes, have_area_for_sure, is_degenerate};
+use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, SimdBase, SimdCvtTruncate, dispatch, f32x8, i32x8};
 
@@ -161,7 +162,7 @@ fn spread<S: Simd>(x: i32x8<S>) -> i32x8<S> {
 
 /// Keys in the order of their codes, and the box of their triangles.
 pub(super) struct Sorted {
-    pub(super) keys: Vec<Key>,
+    pub(super) keys: Pages<Key>,
     pub(super) bounds: Aabb,
     /// Some cells hold so many triangles that there may be copies among them.
     pub(super) crowded: bool,
@@ -197,7 +198,7 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
         .collect();
     let mut grid = Grid::over(middles.into_iter().fold(Aabb::EMPTY, Aabb::join), margin);
     let mut chosen_again = false;
-    let mut room = keys_room(count);
+    let mut room: Pages<Key> = Pages::zeros(count);
     loop {
         let pieces: Vec<Piece> = starts
             .par_iter()
@@ -332,16 +333,20 @@ fn keep_solid(triangles: &[Triangle], numbers: &mut [u32]) -> usize {
 /// Where to cut `keys` (in order, at least 2) in two cells: at their highest differing bit, or in the middle when all
 /// codes are equal. Never 0 or the end.
 pub(super) fn cut(keys: &[Key]) -> usize {
-    let (first, last) = (code(keys[0]), code(keys[keys.len() - 1]));
-    if first == last {
+    let Some(bit) = highest_difference(keys) else {
         return keys.len() / 2;
-    }
-    let bit = (first ^ last).ilog2();
+    };
     if keys.len() <= FEW_KEYS {
         // Bits above are the same in all: a sum without branches.
         return keys.len() - keys.iter().map(|&key| key >> (32 + bit) & 1).sum::<u64>() as usize;
     }
-    keys.partition_point(|&key| code(key) >> bit == first >> bit)
+    keys.partition_point(|&key| code(key) >> bit == code(keys[0]) >> bit)
+}
+
+/// The highest bit in which codes of `keys`, in order, differ.
+#[inline(always)]
+pub(super) fn highest_difference(keys: &[Key]) -> Option<u32> {
+    (code(keys[0]) ^ code(keys[keys.len() - 1])).checked_ilog2()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::node::{Child, Line, MAX_LEAF, MAX_LEAF_VERTICES};
+use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Bytes, Simd, SimdBase, u32x4, u64x2};
 
@@ -80,7 +81,7 @@ impl Packer {
         triangles: &[Triangle],
         numbers: &[u32],
         first_id: u32,
-        out: &mut Vec<Line>,
+        out: &mut Pages<Line>,
     ) -> Child {
         assert!(
             (1..=MAX_LEAF).contains(&numbers.len()),

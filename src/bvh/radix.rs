@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::copies::is_crowded;
-use crate::raw::large_pages;
+use crate::raw::Pages;
 
 /// Bits of a code.
 pub(super) const CODE_BITS: u32 = 30;
@@ -33,13 +33,6 @@ pub(super) fn number(key: Key) -> u32 {
 #[inline(always)]
 pub(super) fn code(key: Key) -> u32 {
     (key >> 32) as u32
-}
-
-/// Zeros, in memory that is cleared when it is used.
-pub(super) fn keys_room(count: usize) -> Vec<Key> {
-    let mut room = vec![0; count];
-    large_pages(&mut room);
-    room
 }
 
 /// The keys of a piece, bucket by bucket.
@@ -103,8 +96,8 @@ fn scatter<const N: usize>(
 }
 
 /// All keys in order, and whether there are crowded cells.
-pub(super) fn merge(runs: &[Runs]) -> (Vec<Key>, bool) {
-    let mut keys = keys_room(runs.iter().map(|r| r.keys.len()).sum());
+pub(super) fn merge(runs: &[Runs]) -> (Pages<Key>, bool) {
+    let mut keys = Pages::zeros(runs.iter().map(|r| r.keys.len()).sum());
     let mut rest = &mut keys[..];
     let mut buckets = Vec::new();
     for bucket in 0..BUCKETS {

@@ -261,8 +261,8 @@ mod tests {
             assert_eq!(one.validate(&triangles), Ok(()), "{name}");
             for threads in [2, 3, 7] {
                 let other = build(threads);
-                assert_eq!(one.file_ids, other.file_ids, "{name}, {threads} threads");
-                assert_eq!(one.lines, other.lines, "{name}, {threads} threads");
+                assert_eq!(*one.file_ids, *other.file_ids, "{name}, {threads} threads");
+                assert_eq!(*one.lines, *other.lines, "{name}, {threads} threads");
                 let bits = |b: &Bvh| -> Vec<_> {
                     let bounds = |n: &super::super::Node| n.bounds.map(|r| r.map(f32::to_bits));
                     b.nodes.iter().map(|n| (bounds(n), n.children)).collect()

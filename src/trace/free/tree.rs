@@ -74,8 +74,8 @@ impl RayTree {
         } = Bvh::build_for_rays(&triangles);
         drop(triangles);
         let file_ids: Vec<u32> = file_ids
-            .into_iter()
-            .map(|id| of_world.file_ids[id as usize])
+            .iter()
+            .map(|&id| of_world.file_ids[id as usize])
             .collect();
         let firsts = number(&mut lines);
         let node = |node: &Node| RayNode {

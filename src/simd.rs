@@ -148,6 +148,7 @@ impl VertexScratch {
     }
 
     /// Number by number: a row for each 16 vertices, 4 rows apart for each of the four numbers.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     #[inline(always)]
     fn soa(&self, number: usize, chunk: usize) -> &[f32; 16] {
         &self.0[(number * 4 + chunk) & 15]

@@ -8,6 +8,7 @@ use winit::window::{Window, WindowAttributes};
 use super::AppError;
 
 /// What desktops call the program when they match windows to icons and rules.
+#[cfg(all(unix, not(target_vendor = "apple")))]
 const APP_ID: &str = "raybomb";
 
 /// An event loop on the display that answers.

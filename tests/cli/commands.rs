@@ -164,6 +164,9 @@ fn bench_prints_the_fields_of_the_contract_in_their_order() {
         // Where the system tells.
         let peak = fields.remove("peak_bytes_per_triangle");
         assert!(workload == "build" || peak.is_none());
+        let fill = fields.remove("fill_ms");
+        let filled = fill.is_some_and(|ms| ms.as_f64() > Some(0.0));
+        assert_eq!(filled, workload == "shaded");
         assert_eq!(fields.len(), 19);
         assert_eq!(report["scene"], "scene");
         assert_eq!(report["workload"], workload);

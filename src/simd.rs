@@ -295,41 +295,10 @@ mod x86 {
 
     four_lanes!(Sse2, Sse4_2);
 
-    /// One macro's results for the lanes from 0 on, without a closure: that may not be inlined.
-    macro_rules! eight {
-        ($row:ident) => {
-            [
-                $row!(0),
-                $row!(1),
-                $row!(2),
-                $row!(3),
-                $row!(4),
-                $row!(5),
-                $row!(6),
-                $row!(7),
-            ]
-        };
-    }
-    macro_rules! sixteen {
-        ($row:ident) => {
-            [
-                $row!(0),
-                $row!(1),
-                $row!(2),
-                $row!(3),
-                $row!(4),
-                $row!(5),
-                $row!(6),
-                $row!(7),
-                $row!(8),
-                $row!(9),
-                $row!(10),
-                $row!(11),
-                $row!(12),
-                $row!(13),
-                $row!(14),
-                $row!(15),
-            ]
+    /// What a macro makes of each lane, without a closure: that may not be inlined.
+    macro_rules! each {
+        ($row:ident: $($lane:literal)+) => {
+            [$($row!($lane)),+]
         };
     }
 
@@ -386,7 +355,7 @@ mod x86 {
                     f32x4::load_array(self, table[index[$lane] as usize])
                 };
             }
-            transpose8(self, eight!(row))
+            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
         }
 
         #[inline(always)]
@@ -397,7 +366,7 @@ mod x86 {
                     f32x4::from_slice(self, &table[at..at + 4])
                 }};
             }
-            transpose8(self, eight!(row))
+            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
         }
 
         #[inline(always)]
@@ -423,7 +392,7 @@ mod x86 {
                     f32x4::load_array(self, scratch.aos(byte(words, first + $lane)))
                 };
             }
-            transpose8(self, eight!(row))
+            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
         }
 
         #[inline(always)]
@@ -487,7 +456,7 @@ mod x86 {
                     f32x4::load_array(self, table[index[$lane] as usize])
                 };
             }
-            transpose16(self, sixteen!(row))
+            transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
         }
 
         #[inline(always)]
@@ -498,7 +467,7 @@ mod x86 {
                     f32x4::from_slice(self, &table[at..at + 4])
                 }};
             }
-            transpose16(self, sixteen!(row))
+            transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
         }
 
         #[inline(always)]

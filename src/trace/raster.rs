@@ -328,10 +328,12 @@ pub fn large_triangle<S: Lanes>(
     let reach = k.block_reach(simd);
     let sure = k.sure();
     let (lowest, highest) = (S::f32s::splat(simd, 0.0) - sure, sure + sure);
-    // As many blocks at a time as there are lanes, in rows from the box's first column on.
+    // Blocks to look at, and those of them that it covers whole: a bit each, row by row. First all of them are found,
+    // as many at a time as there are lanes; then one loop goes over them, whose end is easier to predict than that of
+    // one for each vector.
+    let (mut part, mut full) = ([0u64; BLOCKS / 4], [0u64; BLOCKS / 4]);
     let (mut bx, mut by) = (x0, y0);
     while by <= y1 {
-        let block = by * BLOCKS + bx;
         let x = load(simd, &TABLES.centre, bx);
         let y = S::f32s::splat(simd, TABLES.centre[by]);
         let e = k.edges_at(x, y);
@@ -340,26 +342,33 @@ pub fn large_triangle<S: Lanes>(
         let inside = u32::MAX >> (31 - (x1 - bx).min(lanes::<S>() - 1));
         let seen = k
             .depth_at(simd, x, y)
-            .simd_ge(load(simd, &tile.floor, block));
+            .simd_ge(load(simd, &tile.floor, by * BLOCKS + bx));
         let touched = bits::<S>(most.simd_ge(lowest) & seen) & inside;
-        let full = bits::<S>(least.simd_ge(highest)) & touched;
-        let mut left = full;
+        let whole = bits::<S>(least.simd_ge(highest)) & touched;
+        let bit = by % 4 * BLOCKS + bx;
+        part[by / 4] |= u64::from(touched & !whole) << bit;
+        full[by / 4] |= u64::from(whole) << bit;
+        bx += lanes::<S>();
+        if bx > x1 {
+            (bx, by) = (x0, by + 1);
+        }
+    }
+    for rows in y0 / 4..=y1 / 4 {
+        let mut left = full[rows];
         while left != 0 {
-            let at = block + left.trailing_zeros() as usize;
+            let at = rows * 64 + left.trailing_zeros() as usize;
             left &= left - 1;
             let won = cover::<S, true>(simd, tile, &k, at, who);
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
         }
-        let mut left = touched & !full;
+    }
+    for rows in y0 / 4..=y1 / 4 {
+        let mut left = part[rows];
         while left != 0 {
-            let at = block + left.trailing_zeros() as usize;
+            let at = rows * 64 + left.trailing_zeros() as usize;
             left &= left - 1;
             let won = cover::<S, false>(simd, tile, &k, at, who);
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
-        }
-        bx += lanes::<S>();
-        if bx > x1 {
-            (bx, by) = (x0, by + 1);
         }
     }
     dirty

@@ -5,7 +5,6 @@
 use super::coverage::{Job, SURE, Setup, corners_of};
 use super::depth::STEEP;
 use super::exact::{self, PixelRay};
-use super::raster::SPECK;
 use super::space::{HALF, ROUNDOFF, Uvw};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, VertexScratch, lanes};
@@ -106,7 +105,7 @@ fn refined_edge(p: Uvw, q: Uvw, sign: f64) -> Edge {
 }
 
 /// Clears those bits of `hits` (see [`raster::specks`](super::raster::specks)) in the lanes `doubts` that are misses
-/// after all. `columns`, `rows`: each lane's first pixel in the tile.
+/// after all. `place`: the column and row in the tile of a step and a lane.
 #[cold]
 #[inline(never)]
 pub fn settle<S: Lanes>(
@@ -114,23 +113,23 @@ pub fn settle<S: Lanes>(
     job: &Job<'_>,
     doubts: u32,
     hits: &mut [u64],
-    columns: &[i32; 16],
-    rows: &[i32; 16],
+    place: impl Fn(usize, usize) -> (usize, usize),
     vertices: &VertexScratch,
 ) {
     for (word, hits) in hits.iter_mut().enumerate() {
         let all = *hits;
         for p in (0..64).filter(|p| all >> p & 1 != 0) {
-            let (pixel, lane) = (
+            let (step, lane) = (
                 (word * 64 + p) / lanes::<S>(),
                 (word * 64 + p) % lanes::<S>(),
             );
             if doubts >> lane & 1 == 0 {
                 continue;
             }
+            let (x, y) = place(step, lane);
             let ray = PixelRay {
-                x: (columns[lane] + (pixel % SPECK) as i32) as f32 - HALF,
-                y: (rows[lane] + (pixel / SPECK) as i32) as f32 - HALF,
+                x: x as f32 - HALF,
+                y: y as f32 - HALF,
             };
             let corners = corners_of(simd, job.leaf, job.first + lane, vertices);
             *hits &= !(u64::from(!exact::hits(&corners, ray)) << p);

@@ -31,6 +31,102 @@ pub struct SpeckLanes<S: Lanes> {
 /// A triangle whose box holds at most this many columns and rows of pixels' centres is a speck.
 pub const SPECK: usize = 4;
 
+/// Most places of a [`Grid`]: 4 columns and 16 rows.
+const PLACES: usize = 64;
+
+/// The places of a grid of some width, row by row.
+struct Steps {
+    /// Columns and rows from the first, as numbers to compute with.
+    x: [f32; PLACES],
+    y: [f32; PLACES],
+    /// The same, to count with.
+    column: [u8; PLACES],
+    row: [u8; PLACES],
+}
+
+/// By width, from one column on.
+static STEPS: [Steps; 4] = [Steps::new(1), Steps::new(2), Steps::new(3), Steps::new(4)];
+
+impl Steps {
+    const fn new(columns: usize) -> Steps {
+        let mut steps = Steps {
+            x: [0.0; PLACES],
+            y: [0.0; PLACES],
+            column: [0; PLACES],
+            row: [0; PLACES],
+        };
+        let mut i = 0;
+        while i < PLACES {
+            steps.column[i] = (i % columns) as u8;
+            steps.row[i] = (i / columns) as u8;
+            steps.x[i] = steps.column[i] as f32;
+            steps.y[i] = steps.row[i] as f32;
+            i += 1;
+        }
+        steps
+    }
+}
+
+/// Which part of `COLUMNS` times `ROWS` places the boxes of some lanes take, each counted from its own first place.
+/// One loop over all of them ends once: loops over rows and columns would end unpredictably row by row.
+struct Grid<const COLUMNS: usize, const ROWS: usize> {
+    /// Lanes that reach each column.
+    columns: [u32; COLUMNS],
+    /// Lanes that reach each row.
+    rows: [u32; ROWS],
+    /// Columns that a lane reaches.
+    width: usize,
+    /// Rows.
+    height: usize,
+}
+
+impl<const COLUMNS: usize, const ROWS: usize> Grid<COLUMNS, ROWS> {
+    /// `extent`: columns and rows of each lane's box, less one.
+    #[inline(always)]
+    fn around<S: Lanes>(simd: S, lanes: u32, extent: [S::f32s; 2]) -> Self {
+        let mut grid = Grid {
+            columns: [lanes; COLUMNS],
+            rows: [lanes; ROWS],
+            width: 1,
+            height: 1,
+        };
+        macro_rules! reach {
+            ($i:expr, $n:expr) => {
+                bits::<S>(extent[$i].simd_ge(S::f32s::splat(simd, $n as f32))) & lanes
+            };
+        }
+        for n in 1..COLUMNS {
+            grid.columns[n] = reach!(0, n);
+            grid.width += usize::from(grid.columns[n] != 0);
+        }
+        for n in 1..ROWS {
+            grid.rows[n] = reach!(1, n);
+            grid.height += usize::from(grid.rows[n] != 0);
+        }
+        grid
+    }
+
+    /// How many places there are.
+    #[inline(always)]
+    fn len(&self) -> usize {
+        (self.width * self.height).min(COLUMNS * ROWS)
+    }
+
+    /// Where they are.
+    #[inline(always)]
+    fn steps(&self) -> &'static Steps {
+        &STEPS[(self.width - 1) & 3]
+    }
+
+    /// The lanes whose box has place `step`.
+    #[inline(always)]
+    fn lanes(&self, step: usize) -> u32 {
+        let steps = self.steps();
+        let (column, row) = (steps.column[step], steps.row[step]);
+        self.columns[usize::from(column) % COLUMNS] & self.rows[usize::from(row) % ROWS]
+    }
+}
+
 /// Words that have a bit for each pixel of each lane's box, where there are 16 lanes.
 const WORDS: usize = SPECK * SPECK * 16 / 64;
 
@@ -52,47 +148,25 @@ pub fn specks<S: Lanes>(
     }
     let x0 = k.low[0] - splat!(HALF);
     let y0 = k.low[1] - splat!(HALF);
-    let mut in_columns = [specks; SPECK];
-    for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
-        *lanes &= bits::<S>(k.extent[0].simd_ge(splat!(column as f32)));
-    }
+    let grid = Grid::<SPECK, SPECK>::around(simd, specks, k.extent);
+    let steps = grid.steps();
     let mut z = [[0.0f32; 16]; SPECK * SPECK];
-    // Bit lanes * (SPECK * row + column) + lane.
+    // Bit lanes * step + lane.
     let mut hits = [0u64; WORDS];
     let mut doubts = 0;
-    for row in 0..SPECK {
-        let below = splat!(row as f32);
-        let in_row = bits::<S>(k.extent[1].simd_ge(below)) & specks;
-        if in_row == 0 {
-            break;
-        }
-        let y = y0 + below;
-        macro_rules! start {
+    for step in 0..grid.len() {
+        let (x, y) = (x0 + splat!(steps.x[step]), y0 + splat!(steps.y[step]));
+        macro_rules! at {
             ($k:expr) => {
-                $k[1] * y + $k[2]
+                $k[0] * x + ($k[1] * y + $k[2])
             };
         }
-        let start = [start!(k.edges[0]), start!(k.edges[1]), start!(k.edges[2])];
-        let start_z = start!(k.depth);
-        for (column, in_column) in in_columns.iter().enumerate() {
-            let who = in_column & in_row;
-            if who == 0 {
-                break;
-            }
-            let x = x0 + splat!(column as f32);
-            let inside = min3::<S>([
-                k.edges[0][0] * x + start[0],
-                k.edges[1][0] * x + start[1],
-                k.edges[2][0] * x + start[2],
-            ]);
-            let maybe = bits::<S>(inside.simd_ge(0.0)) & who;
-            doubts |= maybe & !bits::<S>(inside.simd_ge(k.sure));
-            let pixel = SPECK * row + column;
-            let depth = k.depth[0] * x + start_z;
-            store::<S>(depth.max(k.z_low).min(k.z_high), &mut z[pixel], 0);
-            let bit = pixel * lanes::<S>();
-            hits[bit / 64] |= u64::from(maybe) << (bit % 64);
-        }
+        let inside = min3::<S>([at!(k.edges[0]), at!(k.edges[1]), at!(k.edges[2])]);
+        let maybe = bits::<S>(inside.simd_ge(0.0)) & grid.lanes(step);
+        doubts |= maybe & !bits::<S>(inside.simd_ge(k.sure));
+        store::<S>(at!(k.depth).max(k.z_low).min(k.z_high), &mut z[step], 0);
+        let bit = step * lanes::<S>();
+        hits[bit / 64] |= u64::from(maybe) << (bit % 64);
     }
     let mut columns = [0i32; 16];
     let mut rows = [0i32; 16];
@@ -100,7 +174,12 @@ pub fn specks<S: Lanes>(
     c.store_slice(&mut columns[..lanes::<S>()]);
     r.store_slice(&mut rows[..lanes::<S>()]);
     if doubts != 0 {
-        doubt::settle(simd, job, doubts, &mut hits, &columns, &rows, vertices);
+        let place = |step: usize, lane: usize| {
+            let x = columns[lane] as usize + usize::from(steps.column[step]);
+            let y = rows[lane] as usize + usize::from(steps.row[step]);
+            (x, y)
+        };
+        doubt::settle(simd, job, doubts, &mut hits, place, vertices);
     }
     let mut dirty = 0u64;
     for (word, hits) in hits[..WORDS * lanes::<S>() / 16].iter().enumerate() {
@@ -109,13 +188,13 @@ pub fn specks<S: Lanes>(
             let p = left.trailing_zeros() as usize;
             left &= left - 1;
             let lane = p % lanes::<S>();
-            let pixel = (word * 64 + p) / lanes::<S>();
-            let x = columns[lane] as usize + pixel % SPECK;
-            let y = rows[lane] as usize + pixel / SPECK;
+            let step = (word * 64 + p) / lanes::<S>();
+            let x = columns[lane] as usize + usize::from(steps.column[step]);
+            let y = rows[lane] as usize + usize::from(steps.row[step]);
             let at = TABLES.pixel(x, y);
             let id = job.id(lane);
             // Positive numbers: their bits are in the same order, and whole numbers are compared without a branch.
-            let (z, old) = (z[pixel][lane].to_bits(), tile.z[at].to_bits());
+            let (z, old) = (z[step][lane].to_bits(), tile.z[at].to_bits());
             if z == old {
                 let z = f32::from_bits(z);
                 dirty |= u64::from(tile.keep_nearer(at, z, id, job.file_ids)) << (at >> 6);

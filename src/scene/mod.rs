@@ -20,8 +20,6 @@ mod parser;
 mod recover;
 mod snippet;
 mod splice;
-#[cfg(test)]
-mod testing;
 mod writer;
 
 pub use crate::math::Axis;

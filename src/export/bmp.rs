@@ -27,7 +27,7 @@ pub(super) fn write(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Everything that FORMAT.md does not name is zero: no compression, no palette, no resolution.
+/// Everything that docs/format.md does not name is zero: no compression, no palette, no resolution.
 fn header(frame: &Frame, padding: usize) -> io::Result<[u8; HEADER_BYTES as usize]> {
     let too_large = |_| io::Error::new(io::ErrorKind::Unsupported, "too large for a BMP file");
     let row_bytes = frame.width * 3 + padding;

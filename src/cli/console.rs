@@ -1,5 +1,6 @@
 //! What the program prints: data to the standard output, words and progress to the standard error stream.
 
+use std::env;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -38,10 +39,11 @@ pub fn leave_bar() {
     }
 }
 
-/// True when words may be coloured.
+/// True when words may be coloured: on a terminal that knows how, unless `NO_COLOR` forbids it.
 #[must_use]
 pub fn color() -> bool {
-    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+    let set = |name: &str| env::var_os(name).unwrap_or_default();
+    io::stderr().is_terminal() && set("NO_COLOR").is_empty() && set("TERM") != "dumb"
 }
 
 /// What a bar of steps looks like, and one of a part of something.

@@ -20,6 +20,7 @@ use toml::de::{DeTable, DeValue};
 use super::args::{self, WindowOptions};
 use super::console::color;
 use super::exit::Failure;
+use super::values::nearest;
 use crate::app::{self, Keymap, Rebinding, folders};
 use crate::scene::{Location, Severity, annotate};
 
@@ -162,10 +163,8 @@ impl Reader {
 
     /// There is no `name` among the `known` things of that `kind`.
     fn unknown(&mut self, span: Range<usize>, kind: &str, name: &str, known: &[String]) {
-        let near = known.iter().map(|k| (strsim::jaro_winkler(name, k), k));
-        let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0));
-        let help = match nearest {
-            Some((likeness, nearest)) if likeness > 0.75 => format!("is {nearest:?} meant?"),
+        let help = match nearest(name, known.iter().map(String::as_str)) {
+            Some(nearest) => format!("is {nearest:?} meant?"),
             _ if known.len() <= OPTIONS.len() => format!("there are {}", known.join(", ")),
             _ => "`raybomb view --list-bindings` prints all names".to_owned(),
         };

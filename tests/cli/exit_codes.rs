@@ -155,7 +155,17 @@ fn other_usage_errors() {
     usage(&["render"]);
     usage(&["view"]);
     usage(&["render", "scene.txt", "--nonsense"]);
-    usage(&["scene.txt", "other.txt"]);
+    usage(&["scene.txt", "other.txt"]).says("one scene, and other.txt is one too many");
+    usage(&["scene.txt", "render"]).says("the command comes first: raybomb render SCENE");
+    for slip in [
+        &["rendr"][..],
+        &["--play", "rendr"],
+        &["rendr", "scene.txt", "-o", "x.bmp"],
+    ] {
+        usage(slip).says("there is no file and no command rendr: is `raybomb render` meant?");
+    }
+    usage(&["help"]).says("is `raybomb --help` meant?");
+    usage(&["cube"]).says("is `raybomb demo cube` meant?");
     usage(&["render", "scene.txt", "--frame", "49"]).says("beyond the last frame, 48");
     let camera = "0 -6 4 -4 -2 3 4 -2 3 -4 -2 -3";
     usage(&["render", "scene.txt", "--frame", "1", "--camera", camera]);
@@ -168,7 +178,9 @@ fn other_usage_errors() {
         "{frame}.jpg",
         "{frame}{frame}.png",
     ] {
-        usage(&["anim", "scene.txt", "-o", pattern]);
+        let run = usage(&["anim", "scene.txt", "-o", pattern]);
+        let named = run.stderr.contains("--output") || run.stderr.contains(".bmp, .png, .npy");
+        assert!(named, "{pattern}: {run:#?}");
     }
     for range in ["0..49", "5..4", "3", "-1..4", "a..b"] {
         usage(&["anim", "scene.txt", "--hash", "--frames", range]).says("--frames");

@@ -142,10 +142,19 @@ pub fn write_file(
     }
 }
 
+/// The standard output by the name that [`write_whole`] knows.
+const STDOUT: &str = "/dev/stdout";
+
+/// True for `-` and what it stands for.
+#[must_use]
+pub fn is_stdout(path: &Path) -> bool {
+    target(path) == Path::new(STDOUT)
+}
+
 /// `-` is the standard output.
 fn target(path: &Path) -> &Path {
     if path == Path::new("-") {
-        Path::new("/dev/stdout")
+        Path::new(STDOUT)
     } else {
         path
     }

@@ -170,6 +170,10 @@ fn other_usage_errors() {
     let camera = "0 -6 4 -4 -2 3 4 -2 3 -4 -2 -3";
     usage(&["render", "scene.txt", "--frame", "1", "--camera", camera]);
     usage(&["render", "scene.txt", "--view", "cost", "-o", "x.npy"]).says("not cost");
+    for stdout in ["-", "/dev/stdout"] {
+        let both = usage(&["render", "scene.txt", "--hash", "-o", stdout]);
+        assert_eq!(both.says("name a file for the picture").stdout, "");
+    }
     usage(&["anim", "scene.txt"]).says("--output");
     for pattern in [
         "x.png",

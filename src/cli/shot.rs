@@ -137,7 +137,9 @@ pub fn write_file(
     match result {
         Ok(()) => Ok(()),
         Err(_) if progress.is_cancelled() => Err(Failure::Interrupted),
-        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe && is_stdout(path) => {
+            Err(Failure::OutputClosed)
+        }
         Err(e) => Err(Failure::file("write", path, &e)),
     }
 }

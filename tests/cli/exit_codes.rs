@@ -105,6 +105,20 @@ fn nobody_reading_is_no_reason_for_words() {
     assert_eq!(run.code_is(1).stderr, "");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_named_pipe_that_nobody_reads_to_its_end_is_a_failure() {
+    let folder = Folder::new();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe"))
+        .status();
+    assert!(made.expect("mkfifo").success());
+    let child = folder.start(&["render", "scene.txt", "--size", "999x999", "-o", "pipe"]);
+    drop(std::fs::File::open(folder.path("pipe")).expect("the other end"));
+    let run = Run::from(child.wait_with_output().expect("the program ends"));
+    run.code_is(1).says("cannot write pipe: Broken pipe");
+}
+
 #[test]
 fn arguments_that_make_no_sense_are_usage_errors_that_name_the_option() {
     let folder = Folder::new();

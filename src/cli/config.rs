@@ -25,7 +25,7 @@ use crate::app::{self, Keymap, Rebinding, folders};
 use crate::scene::{Location, Severity, annotate};
 
 /// The options that the file may give a value.
-const OPTIONS: [&str; 12] = [
+const OPTIONS: [&str; 13] = [
     "size",
     "view",
     "aa",
@@ -33,6 +33,7 @@ const OPTIONS: [&str; 12] = [
     "kernel",
     "threads",
     "reflection",
+    "cost-scale",
     "pivot",
     "target-fps",
     "fps",
@@ -265,6 +266,8 @@ fn in_order<'t, 'i>(
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory as _;
+
     use super::*;
     use crate::math::Random;
 
@@ -324,6 +327,25 @@ mod tests {
         ] {
             let (_, message) = mistakes(&format!("[options]\n{option}")).remove(0);
             assert_eq!(message, why);
+        }
+    }
+
+    #[test]
+    fn every_value_of_pictures_and_time_can_be_set() {
+        let command = args::Cli::command();
+        let in_file = |arg: &&clap::Arg| {
+            let heading = arg.get_help_heading();
+            let shown = heading.is_some_and(|h| h == "Picture options" || h == "Time options");
+            shown && arg.get_action().takes_values()
+        };
+        let names: Vec<&str> = command
+            .get_arguments()
+            .filter(in_file)
+            .filter_map(clap::Arg::get_long)
+            .collect();
+        assert!(names.len() >= 12, "{names:?}");
+        for name in names {
+            assert!(OPTIONS.contains(&name), "{name}");
         }
     }
 

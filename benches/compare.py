@@ -2,7 +2,7 @@
 """Our tracer beside Embree and tinybvh, in turn on pinned cores; prints a Markdown table.
 
   RAYBOMB_PEERS=DIR RAYBOMB_SCENES=DIR benches/compare.py [SCENE.txt ...]
-      [--workload primary|shadow|bounce|random|build] [--threads 1] [--rounds 3] [--realtime] [--tinybvh]
+      [--workload primary|shadow|bounce|random|build] [--threads 1] [--rounds 3] [--frames 15] [--realtime] [--tinybvh]
 
 RAYBOMB_PEERS: the folder where the program `peers` (Embree and tinybvh behind a command line) was set up, with its
 env.sh. RAYBOMB_SCENES: a folder of scene files, used when none is named. Build with `cargo build --release` before.
@@ -174,4 +174,5 @@ def main():
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,7 +1,7 @@
 //! The only door to the SIMD crate: which widths there are, lane vectors, missing lane operations.
 //!
 //! A kernel is generic over `S: Lanes`; a value of type `S` is the proof that this CPU has the instructions, so
-//! kernels contain no `unsafe` and no lane count. [`dispatch`](crate::simd::dispatch) turns a [`Kernel`] into such a proof, once a tile.
+//! kernels contain no `unsafe` and no lane count. [`dispatch`] turns a [`Kernel`] into such a proof, once a tile.
 //! Functions below it are `#[inline(always)]`: one that is not would be compiled without the wide instructions.
 
 pub use fearless_simd::prelude::*;

@@ -38,9 +38,9 @@ impl Ease {
 /// How operations become frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Frames a second.
+    /// Frames a second, above 0.
     pub fps: f64,
-    /// Seconds that each operation takes.
+    /// Seconds that each operation takes, above 0.
     pub seconds_per_op: f64,
     /// How each of them moves.
     pub ease: Ease,

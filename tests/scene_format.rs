@@ -198,7 +198,7 @@ fn numbers_that_a_file_cannot_say_are_not_written() {
     assert!(write(&scene, &mut Vec::new()).is_err());
 }
 
-/// Each prefix of a file is a scene exactly where FORMAT.md says so: when the last word may end there and the
+/// Each prefix of a file is a scene exactly where docs/format.md says so: when the last word may end there and the
 /// tail is either missing or complete.
 #[test]
 fn a_file_cut_at_any_byte_is_read_or_refused_as_the_format_says() {

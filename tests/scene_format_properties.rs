@@ -5,21 +5,18 @@ use std::path::Path;
 
 use glam::Vec3;
 use raybomb::color::Rgb;
+use raybomb::math::Random;
 use raybomb::scene::{
     Axis, CameraCorners, CameraSetting, Operation, ParseErrors, Scene, Triangle, locate_triangles,
     parse, write,
 };
-
-#[path = "../src/scene/testing.rs"]
-mod testing;
-use testing::SplitMix64;
 
 /// The body of the fuzz target `parse`.
 #[path = "../fuzz/parse_body.rs"]
 mod parse_body;
 
 /// Any finite `f32`: all bit patterns, and the hard ones often.
-fn any_f32(rng: &mut SplitMix64) -> f32 {
+fn any_f32(rng: &mut Random) -> f32 {
     const HARD: [f32; 10] = [
         0.0,
         -0.0,
@@ -36,7 +33,7 @@ fn any_f32(rng: &mut SplitMix64) -> f32 {
         0 => HARD[rng.below(10) as usize],
         1 => rng.below(2000) as f32 / 8.0 - 100.0,
         _ => loop {
-            let value = f32::from_bits(rng.next_u64() as u32);
+            let value = f32::from_bits(rng.bits() as u32);
             if value.is_finite() {
                 break value;
             }
@@ -44,16 +41,16 @@ fn any_f32(rng: &mut SplitMix64) -> f32 {
     }
 }
 
-fn any_point(rng: &mut SplitMix64) -> Vec3 {
+fn any_point(rng: &mut Random) -> Vec3 {
     Vec3::new(any_f32(rng), any_f32(rng), any_f32(rng))
 }
 
-fn any_angle(rng: &mut SplitMix64) -> f64 {
+fn any_angle(rng: &mut Random) -> f64 {
     const HARD: [f64; 6] = [0.0, -0.0, f64::MAX, 5e-324, 0.1 + 0.2, std::f64::consts::PI];
     match rng.below(2) {
         0 => HARD[rng.below(6) as usize],
         _ => loop {
-            let value = f64::from_bits(rng.next_u64());
+            let value = f64::from_bits(rng.bits());
             if value.is_finite() {
                 break value;
             }
@@ -61,12 +58,12 @@ fn any_angle(rng: &mut SplitMix64) -> f64 {
     }
 }
 
-fn any_scene(rng: &mut SplitMix64) -> Scene {
+fn any_scene(rng: &mut Random) -> Scene {
     let camera = if rng.below(2) == 0 {
         CameraSetting::Default
     } else {
         // Corners that surely span a plane, an eye that surely is not in it.
-        let size = f32::from_bits((1 + rng.below(200) as u32) << 23);
+        let size = f32::from_bits((1 + rng.below(200)) << 23);
         CameraSetting::Set(CameraCorners {
             eye: Vec3::new(any_f32(rng), any_f32(rng), size),
             top_left: Vec3::new(-size, size, 0.0),
@@ -80,14 +77,14 @@ fn any_scene(rng: &mut SplitMix64) -> Scene {
             break light;
         }
     };
-    let triangle = |rng: &mut SplitMix64| {
-        let [r, g, b, ..] = rng.next_u64().to_le_bytes();
+    let triangle = |rng: &mut Random| {
+        let [r, g, b, ..] = rng.bits().to_le_bytes();
         Triangle {
             corners: [any_point(rng), any_point(rng), any_point(rng)],
             color: Rgb::new(r, g, b),
         }
     };
-    let operation = |rng: &mut SplitMix64| Operation {
+    let operation = |rng: &mut Random| Operation {
         axis: [Axis::X, Axis::Y, Axis::Z][rng.below(3) as usize],
         angle_rad: any_angle(rng),
     };
@@ -129,7 +126,7 @@ fn written(scene: &Scene) -> Vec<u8> {
 #[test]
 fn written_scenes_read_back_to_the_bit() {
     for seed in 0..2000 {
-        let scene = any_scene(&mut SplitMix64::new(seed));
+        let scene = any_scene(&mut Random::new(seed));
         let text = written(&scene);
         let again = parse(&text)
             .unwrap_or_else(|e| panic!("seed {seed}: {}", e.render("written", &text, false)));
@@ -140,7 +137,7 @@ fn written_scenes_read_back_to_the_bit() {
 
 #[test]
 fn a_large_scene_reads_back_to_the_bit() {
-    let mut rng = SplitMix64::new(1);
+    let mut rng = Random::new(1);
     let mut scene = any_scene(&mut rng);
     while scene.triangles.len() < 100_000 {
         scene.triangles.extend(any_scene(&mut rng).triangles);
@@ -184,11 +181,11 @@ fn a_large_scene_tells_the_same_error_for_any_number_of_threads() {
 fn random_bytes_never_panic() {
     const LIKELY: &[u8] = b"<<dsonxyz0123456789.-+eE \n\t\r#,";
     for seed in 0..20_000 {
-        let mut rng = SplitMix64::new(seed);
+        let mut rng = Random::new(seed);
         let text: Vec<u8> = (0..rng.below(200))
             .map(|_| match rng.below(8) {
-                0 => rng.next_u64() as u8,
-                _ => LIKELY[rng.below(LIKELY.len() as u64) as usize],
+                0 => rng.bits() as u8,
+                _ => LIKELY[rng.below(LIKELY.len() as u32) as usize],
             })
             .collect();
         check(&text, seed);
@@ -209,14 +206,14 @@ fn mutated_files_never_panic() {
     }
     texts.sort();
     for seed in 0..10_000 {
-        let mut rng = SplitMix64::new(seed);
-        let pick = |rng: &mut SplitMix64| texts[rng.below(texts.len() as u64) as usize].1.clone();
+        let mut rng = Random::new(seed);
+        let pick = |rng: &mut Random| texts[rng.below(texts.len() as u32) as usize].1.clone();
         let mut text = pick(&mut rng);
         for _ in 0..=rng.below(4) {
-            let at = rng.below(text.len() as u64 + 1) as usize;
+            let at = rng.below(text.len() as u32 + 1) as usize;
             match rng.below(4) {
                 0 => text.truncate(at),
-                1 => text.insert(at, rng.next_u64() as u8),
+                1 => text.insert(at, rng.bits() as u8),
                 2 => drop(text.drain(at.saturating_sub(5)..at)),
                 // The beginning of one file and the end of another.
                 _ => {

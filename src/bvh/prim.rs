@@ -8,7 +8,7 @@ use crate::simd::{Simd, SimdBase, SimdSplit, f32x4, f32x8};
 /// A box as smallest x, y, z, a number, then largest x, y, z with the sign turned, a number: the box around two
 /// boxes is one minimum of eight lanes.
 ///
-/// The numbers ride along in the fourth lanes of a [`Prim::around`] and mean nothing in a union. They are whole
+/// The numbers ride along in the fourth lanes of a box ([`Prim::with`]) and mean nothing in a union. They are whole
 /// floats below 2²⁴, not bit patterns: those would be denormal floats, with which arithmetic takes many times as long.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]

@@ -19,10 +19,7 @@ use crate::render::Progress;
 /// Those of the arguments, the scene and the output files.
 pub fn run(args: &AnimArgs, progress: &Progress) -> Outcome {
     let files = match &args.output {
-        Some(text) => {
-            let pattern: Pattern = text
-                .parse()
-                .map_err(|e| Failure::Usage(format!("--output {e}")))?;
+        Some(pattern) => {
             let format = format_of(&pattern.file(0), args.picture.view, args.picture.aa)?;
             Some((pattern, format))
         }
@@ -30,24 +27,24 @@ pub fn run(args: &AnimArgs, progress: &Progress) -> Outcome {
     };
     let stage = Stage::load(&args.scene, &args.picture, &args.time)?;
     let frames = frames(args, stage.last_frame())?;
-    shoot(&stage, frames, files.as_ref(), args.hash, progress)
+    shoot(&stage, frames, files, args.hash, progress)
 }
 
 fn shoot(
     stage: &Stage,
     frames: RangeInclusive<u64>,
-    files: Option<&(Pattern, Format)>,
+    files: Option<(&Pattern, Format)>,
     hash: bool,
     progress: &Progress,
 ) -> Outcome {
     let mut shooter = Shooter::new(stage, progress);
-    let bar = bar(frames.end() - frames.start() + 1, "frames");
+    let bar = bar((frames.end() - frames.start()).saturating_add(1), "frames");
     for frame in frames {
         let path = files.map(|(pattern, _)| pattern.file(frame));
         if let Some(path) = &path {
             make_folder(path)?;
         }
-        let file = path.as_deref().zip(files.map(|(_, format)| *format));
+        let file = path.as_deref().zip(files.map(|(_, format)| format));
         let hash = shooter.take(&stage.view_of_frame(frame), file, hash)?;
         bar.inc(1);
         if let Some(hash) = hash {

@@ -1,15 +1,18 @@
 //! The command line as scripts rely on it: commands, options and their defaults.
 
+use std::env;
 use std::error::Error as _;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::error::ContextKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use super::exit::help_table;
+use super::pattern::Pattern;
 use super::values::{self, Size};
 use crate::camera::Pivot;
+use crate::demo;
 use crate::render::{COST_SCALE, Engine, Reflection, Samples, Settings, ViewMode};
 use crate::scene::CameraCorners;
 use crate::simd::Kernel;
@@ -118,7 +121,7 @@ pub struct RenderArgs {
     /// Frame of the animation [default: the last]
     #[arg(long, value_name = "K", value_parser = values::frame, conflicts_with = "camera", allow_hyphen_values = true)]
     pub frame: Option<u64>,
-    /// Eye, then top-left, top-right and bottom-left corner of the projection plane, instead of the scene's camera
+    /// Eye, then top-left, top-right and bottom-left corner of the projection plane: the picture's camera, whatever the scene and its operations say
     #[arg(long, value_name = "12 NUMBERS", value_parser = values::camera, allow_hyphen_values = true)]
     pub camera: Option<CameraCorners>,
     /// Print the SHA-256 of the picture as a binary PPM file
@@ -137,7 +140,7 @@ pub struct AnimArgs {
     pub scene: PathBuf,
     /// Files to write, named by frame: frames/{frame}.bmp, frames/{frame:04}.png; missing folders are made
     #[arg(short, long, value_name = "PATTERN", required_unless_present = "hash")]
-    pub output: Option<String>,
+    pub output: Option<Pattern>,
     /// First and last frame, both included [default: all]
     #[arg(long, value_name = "A..B", value_parser = values::frames, allow_hyphen_values = true)]
     pub frames: Option<RangeInclusive<u64>>,
@@ -359,7 +362,49 @@ pub fn parse(defaults: &[Default]) -> Result<Cli, clap::Error> {
             .mut_subcommand("view", set)
             .mut_subcommand("demo", set);
     }
-    Cli::from_arg_matches(&command.try_get_matches()?)
+    let matches = command.try_get_matches_from_mut(env::args_os());
+    Cli::from_arg_matches(&matches.map_err(|e| in_our_words(e, &mut command))?)
+}
+
+/// Clap takes a second word without a command for a command, and calls it one.
+fn in_our_words(error: clap::Error, command: &mut clap::Command) -> clap::Error {
+    let second = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) if error.kind() == ErrorKind::ArgumentConflict => word,
+        _ => return error,
+    };
+    let mut before = env::args_os()
+        .skip(1)
+        .take_while(|word| word != second.as_str());
+    let told = if let Some(command) = command.find_subcommand(second) {
+        format!(
+            "the command comes first: raybomb {} SCENE",
+            command.get_name()
+        )
+    } else if let Some(told) = before.find_map(|word| misspelt(Path::new(&word))) {
+        told
+    } else {
+        format!(
+            "a window shows one scene, and {second} is one too many: --kiosk shows several in turn"
+        )
+    };
+    command.error(ErrorKind::ArgumentConflict, told)
+}
+
+/// That there is no such scene, when it is more likely a command with a slip in it, or a demo's name.
+#[must_use]
+pub fn misspelt(scene: &Path) -> Option<String> {
+    let word = scene.to_str().filter(|_| !scene.exists())?;
+    let commands = Cli::command();
+    let names = commands.get_subcommands().map(clap::Command::get_name);
+    let meant = match word {
+        "help" => "--help".to_owned(),
+        _ if demo::all().iter().any(|d| d.name == word) => format!("demo {word}"),
+        _ if word.contains(['.', '/']) => return None,
+        _ => values::nearest(word, names)?.to_owned(),
+    };
+    Some(format!(
+        "there is no file and no command {word}: is `raybomb {meant}` meant?"
+    ))
 }
 
 fn with_default(command: clap::Command, (name, value): &Default) -> clap::Command {

@@ -20,11 +20,12 @@ use toml::de::{DeTable, DeValue};
 use super::args::{self, WindowOptions};
 use super::console::color;
 use super::exit::Failure;
+use super::values::nearest;
 use crate::app::{self, Keymap, Rebinding, folders};
 use crate::scene::{Location, Severity, annotate};
 
 /// The options that the file may give a value.
-const OPTIONS: [&str; 12] = [
+const OPTIONS: [&str; 13] = [
     "size",
     "view",
     "aa",
@@ -32,6 +33,7 @@ const OPTIONS: [&str; 12] = [
     "kernel",
     "threads",
     "reflection",
+    "cost-scale",
     "pivot",
     "target-fps",
     "fps",
@@ -162,10 +164,8 @@ impl Reader {
 
     /// There is no `name` among the `known` things of that `kind`.
     fn unknown(&mut self, span: Range<usize>, kind: &str, name: &str, known: &[String]) {
-        let near = known.iter().map(|k| (strsim::jaro_winkler(name, k), k));
-        let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0));
-        let help = match nearest {
-            Some((likeness, nearest)) if likeness > 0.75 => format!("is {nearest:?} meant?"),
+        let help = match nearest(name, known.iter().map(String::as_str)) {
+            Some(nearest) => format!("is {nearest:?} meant?"),
             _ if known.len() <= OPTIONS.len() => format!("there are {}", known.join(", ")),
             _ => "`raybomb view --list-bindings` prints all names".to_owned(),
         };
@@ -266,6 +266,8 @@ fn in_order<'t, 'i>(
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory as _;
+
     use super::*;
     use crate::math::Random;
 
@@ -325,6 +327,25 @@ mod tests {
         ] {
             let (_, message) = mistakes(&format!("[options]\n{option}")).remove(0);
             assert_eq!(message, why);
+        }
+    }
+
+    #[test]
+    fn every_value_of_pictures_and_time_can_be_set() {
+        let command = args::Cli::command();
+        let in_file = |arg: &&clap::Arg| {
+            let heading = arg.get_help_heading();
+            let shown = heading.is_some_and(|h| h == "Picture options" || h == "Time options");
+            shown && arg.get_action().takes_values()
+        };
+        let names: Vec<&str> = command
+            .get_arguments()
+            .filter(in_file)
+            .filter_map(clap::Arg::get_long)
+            .collect();
+        assert!(names.len() >= 12, "{names:?}");
+        for name in names {
+            assert!(OPTIONS.contains(&name), "{name}");
         }
     }
 

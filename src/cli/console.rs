@@ -1,5 +1,7 @@
 //! What the program prints: data to the standard output, words and progress to the standard error stream.
 
+use std::env;
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -41,7 +43,12 @@ pub fn leave_bar() {
 /// True when words may be coloured.
 #[must_use]
 pub fn color() -> bool {
-    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+    io::stderr().is_terminal() && takes_color(|name| env::var_os(name).unwrap_or_default())
+}
+
+/// True for a terminal that knows how, unless somebody forbids it; `variable` is empty for those that are not set.
+fn takes_color(variable: impl Fn(&str) -> OsString) -> bool {
+    variable("NO_COLOR").is_empty() && variable("TERM") != "dumb"
 }
 
 /// What a bar of steps looks like, and one of a part of something.
@@ -109,4 +116,18 @@ fn with_bar<R>(
         painter.thread().unpark();
         result
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_can_be_forbidden_and_are_not_for_dumb_terminals() {
+        let taken = |forbidden: &str, terminal: &str| {
+            takes_color(|name| if name == "TERM" { terminal } else { forbidden }.into())
+        };
+        assert!(taken("", "xterm") && taken("", ""));
+        assert!(!taken("1", "xterm") && !taken("", "dumb"));
+    }
 }

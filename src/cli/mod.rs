@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 use args::{Cli, Command};
 use config::Config;
-use exit::{Code, Outcome};
+use exit::{Code, Failure, Outcome};
 
 use crate::render::Progress;
 
@@ -77,7 +77,10 @@ fn code_of(outcome: Outcome) -> ExitCode {
 
 fn run(cli: &Cli, config: &Config, progress: &Progress) -> Outcome {
     match &cli.command {
-        None => view::run(cli.scene.as_deref(), &cli.window, config),
+        None => match cli.scene.as_deref().and_then(args::misspelt) {
+            Some(told) => Err(Failure::Usage(told)),
+            None => view::run(cli.scene.as_deref(), &cli.window, config),
+        },
         Some(Command::View(args)) => view::run(args.scene.as_deref(), &args.window, config),
         Some(Command::Render(args)) => render::run(args, progress),
         Some(Command::Anim(args)) => anim::run(args, progress),

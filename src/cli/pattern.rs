@@ -34,11 +34,11 @@ impl FromStr for Pattern {
     /// stand for themselves.
     fn from_str(text: &str) -> Result<Pattern, String> {
         const OPEN: &str = "{frame";
-        let missing = || format!("{text} must contain {{frame}} or, for 4 digits, {{frame:04}}");
+        let missing = || "must contain {frame} or, for 4 digits, {frame:04}".to_owned();
         let (before, rest) = text.split_once(OPEN).ok_or_else(missing)?;
         let (format, after) = rest.split_once('}').ok_or_else(missing)?;
         if after.contains(OPEN) {
-            return Err(format!("{text} must contain {{frame}} once"));
+            return Err("must contain {frame} once".to_owned());
         }
         let digits = match format {
             "" => Some(0),

@@ -6,7 +6,7 @@ use super::args::RenderArgs;
 use super::console::{print, with_tile_bar};
 use super::exit::{Failure, Outcome};
 use super::load::Stage;
-use super::shot::{Shooter, format_of};
+use super::shot::{Shooter, format_of, is_stdout};
 use crate::camera::{Camera, View};
 use crate::render::Progress;
 
@@ -18,6 +18,12 @@ const DEFAULT_OUTPUT: &str = "data.bmp";
 /// # Errors
 /// Those of the arguments, the scene and the output file.
 pub fn run(args: &RenderArgs, progress: &Progress) -> Outcome {
+    if args.hash && args.output.as_deref().is_some_and(is_stdout) {
+        return Err(Failure::Usage(
+            "--output and --hash both go to the standard output: name a file for the picture"
+                .to_owned(),
+        ));
+    }
     let default_output = (!args.hash).then_some(Path::new(DEFAULT_OUTPUT));
     let file = match args.output.as_deref().or(default_output) {
         Some(path) => Some((path, format_of(path, args.picture.view, args.picture.aa)?)),

@@ -137,15 +137,26 @@ pub fn write_file(
     match result {
         Ok(()) => Ok(()),
         Err(_) if progress.is_cancelled() => Err(Failure::Interrupted),
-        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Err(Failure::OutputClosed),
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe && is_stdout(path) => {
+            Err(Failure::OutputClosed)
+        }
         Err(e) => Err(Failure::file("write", path, &e)),
     }
+}
+
+/// The standard output by the name that [`write_whole`] knows.
+const STDOUT: &str = "/dev/stdout";
+
+/// True for `-` and what it stands for.
+#[must_use]
+pub fn is_stdout(path: &Path) -> bool {
+    target(path) == Path::new(STDOUT)
 }
 
 /// `-` is the standard output.
 fn target(path: &Path) -> &Path {
     if path == Path::new("-") {
-        Path::new("/dev/stdout")
+        Path::new(STDOUT)
     } else {
         path
     }

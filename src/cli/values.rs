@@ -68,6 +68,13 @@ pub fn name_of<T: Copy + PartialEq>(names: Names<T>, value: T) -> &'static str {
     found.expect("every value has a name").0
 }
 
+/// The one of `known` that `word` is most like, if it is like any.
+pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let near = known.map(|k| (strsim::jaro_winkler(word, k), k));
+    let (likeness, nearest) = near.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (likeness > 0.75).then_some(nearest)
+}
+
 /// A parser for `auto` and the kernels that this CPU has.
 pub fn kernel() -> impl TypedValueParser<Value = Kernel> {
     let names = Kernel::ALL.map(Kernel::name).into_iter().chain(["auto"]);

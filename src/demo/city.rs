@@ -49,11 +49,8 @@ fn streets(mesh: &mut Mesh, random: &mut Random) {
     let edge = PITCH * BLOCKS as f32 * 0.5;
     let low = Vec3::new(-edge, -edge, -0.3);
     block(mesh, low, Vec3::new(edge, edge, 0.0), ASPHALT);
-    for line in 0..=BLOCKS {
+    for line in 1..BLOCKS {
         let across = line as f32 * PITCH - edge;
-        if line == 0 || line == BLOCKS {
-            continue;
-        }
         let dashes = (edge / 0.2) as i32;
         for dash in -dashes..dashes {
             let along = (dash as f32 + 0.5) * 0.2;

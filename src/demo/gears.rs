@@ -17,7 +17,7 @@ const PLANET: usize = 15;
 const RING: usize = SUN + 2 * PLANET;
 const PLANETS: usize = 5;
 
-/// Distance between the middles of two teeth along the pitch circle, over a turn: radius = MODULE · teeth / 2.
+/// Diameter of a wheel's pitch circle for each of its teeth: radius = MODULE · teeth / 2.
 const MODULE: f32 = 0.13;
 
 /// The scene.
@@ -104,6 +104,11 @@ fn outline(teeth: usize, phase: f32, sign: f32) -> Vec<Vec2> {
     points
 }
 
+/// `outline` pushed out or in to a circle.
+fn circle(outline: &[Vec2], radius: f32) -> Vec<Vec2> {
+    outline.iter().map(|p| p.normalize() * radius).collect()
+}
+
 fn wheel(mesh: &mut Mesh, w: &Wheel) {
     let rim = outline(w.teeth, w.phase, 1.0);
     let radius = MODULE * w.teeth as f32 / 2.0;
@@ -115,13 +120,8 @@ fn wheel(mesh: &mut Mesh, w: &Wheel) {
         (w.hole + 0.1, 1.2),
         (w.hole, 1.2),
     ];
-    let ring = |r: f32| {
-        rim.iter()
-            .map(move |p| p.normalize() * r)
-            .collect::<Vec<_>>()
-    };
     let mut loops = vec![(rim.clone(), 1.0)];
-    loops.extend(circles.map(|(r, h)| (ring(r), h)));
+    loops.extend(circles.map(|(r, h)| (circle(&rim, r), h)));
     faces(mesh, w.centre, &loops, w.thick, w.color);
 }
 
@@ -150,17 +150,11 @@ fn faces(mesh: &mut Mesh, centre: Vec2, loops: &[(Vec<Vec2>, f32)], thick: f32, 
 
 fn ring(mesh: &mut Mesh) {
     let teeth = outline(RING, 0.5 / RING as f32, -1.0);
-    let outer = |r: f32| {
-        teeth
-            .iter()
-            .map(move |p| p.normalize() * r)
-            .collect::<Vec<_>>()
-    };
     let radius = MODULE * RING as f32 / 2.0;
     let loops = [
-        (outer(radius + 0.52), 0.85),
-        (outer(radius + 0.46), 1.0),
-        (outer(radius + 0.2), 1.0),
+        (circle(&teeth, radius + 0.52), 0.85),
+        (circle(&teeth, radius + 0.46), 1.0),
+        (circle(&teeth, radius + 0.2), 1.0),
         (teeth.clone(), 1.0),
     ];
     faces(mesh, Vec2::ZERO, &loops, 0.36, Rgb::new(150, 172, 205));

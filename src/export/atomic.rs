@@ -16,7 +16,7 @@ static TEMPORARY_FILE: Mutex<()> = Mutex::new(());
 /// What `write` writes becomes the file `path`, whole; on any error `path` is left as it was.
 ///
 /// Pipes, devices and the standard streams (`/dev/stdout`) cannot be replaced and are written directly. A
-/// symbolic link is followed; the permissions of an existing file are kept.
+/// symbolic link is followed, also to a file that is not there yet; the permissions of an existing file are kept.
 ///
 /// # Errors
 /// Those of `write` and of the file system; the text does not name `path`.
@@ -39,7 +39,11 @@ pub fn write_whole(
             OpenOptions::new().write(true).open(path)?;
             replace(&fs::canonicalize(path)?, Some(&existing), write)
         }
-        Err(e) if e.kind() == io::ErrorKind::NotFound => replace(path, None, write),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => match fs::read_link(path) {
+            // Links in a circle are another kind of error, so this comes to an end.
+            Ok(target) => write_whole(&path.with_file_name(target), write),
+            Err(_) => replace(path, None, write),
+        },
         Err(e) => Err(e),
     }
 }
@@ -228,5 +232,28 @@ mod tests {
         write_whole(&link, |out| out.write_all(b"new")).unwrap();
         assert!(link.symlink_metadata().unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_symbolic_link_points_to_is_made() {
+        use std::os::unix::fs::symlink;
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        symlink(at("file"), at("b")).unwrap();
+        symlink("b", at("a")).unwrap();
+        write_whole(&at("a"), |out| out.write_all(b"new")).unwrap();
+        assert_eq!(names(dir.path()), ["a", "b", "file"]);
+        assert!(at("a").is_symlink() && at("b").is_symlink());
+        assert_eq!(fs::read_to_string(at("file")).unwrap(), "new");
+
+        symlink("no/file", at("c")).unwrap();
+        let missing = write_whole(&at("c"), |_| Ok(())).unwrap_err();
+        assert!(
+            missing.to_string().ends_with("no does not exist"),
+            "{missing}"
+        );
+        symlink("d", at("d")).unwrap();
+        assert!(write_whole(&at("d"), |_| Ok(())).is_err());
     }
 }

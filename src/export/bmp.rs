@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::rows;
 use crate::frame::Frame;
 
 /// Bytes before the pixels: the file header (14) and the info header (40).
@@ -15,7 +16,7 @@ pub(super) fn write(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     let padding = (4 - frame.width * 3 % 4) % 4;
     out.write_all(&header(frame, padding)?)?;
     let mut row = Vec::with_capacity(frame.width * 3 + padding);
-    for pixels in frame.pixels.chunks_exact(frame.width).rev() {
+    for pixels in rows(&frame.pixels, frame.width).rev() {
         row.clear();
         for p in pixels {
             let [b, g, r, _] = p.to_le_bytes();
@@ -27,7 +28,7 @@ pub(super) fn write(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Everything that FORMAT.md does not name is zero: no compression, no palette, no resolution.
+/// Everything that docs/format.md does not name is zero: no compression, no palette, no resolution.
 fn header(frame: &Frame, padding: usize) -> io::Result<[u8; HEADER_BYTES as usize]> {
     let too_large = |_| io::Error::new(io::ErrorKind::Unsupported, "too large for a BMP file");
     let row_bytes = frame.width * 3 + padding;

@@ -11,6 +11,7 @@ mod png;
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::slice::ChunksExact;
 
 use crate::camera::View;
 use crate::frame::{Frame, Hits};
@@ -110,7 +111,7 @@ fn for_each_rgb_row(
     mut each: impl FnMut(&[u8]) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut row = Vec::with_capacity(frame.width * 3);
-    for pixels in frame.pixels.chunks_exact(frame.width) {
+    for pixels in rows(&frame.pixels, frame.width) {
         row.clear();
         for p in pixels {
             let [_, r, g, b] = p.to_be_bytes();
@@ -119,6 +120,11 @@ fn for_each_rgb_row(
         each(&row)?;
     }
     Ok(())
+}
+
+/// The rows of a plane, from top to bottom; none where it has no pixels.
+fn rows<T>(pixels: &[T], width: usize) -> ChunksExact<'_, T> {
+    pixels.chunks_exact(width.max(1))
 }
 
 #[cfg(test)]
@@ -133,6 +139,25 @@ mod tests {
         assert_eq!(of("x.y.npy"), Some(Format::Npy));
         assert_eq!(of("png"), None);
         assert_eq!(of("a.jpg"), None);
+    }
+
+    #[test]
+    fn pictures_without_pixels_are_files_or_errors() {
+        let empty = Frame::default();
+        let written = |format| {
+            let mut file = Vec::new();
+            Contents::Picture(&empty)
+                .write(format, &mut file)
+                .map(|()| file.len())
+        };
+        assert_eq!(written(Format::Bmp).expect("a header"), 54);
+        assert_eq!(written(Format::Npy).expect("a header"), 128);
+        assert!(written(Format::Png).is_err(), "the format needs a pixel");
+        assert_eq!(picture_hash(&empty).len(), 64);
+        let mut file = Vec::new();
+        Contents::Ids(&Hits::default())
+            .write(Format::Npy, &mut file)
+            .expect("a header");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
-use super::for_each_rgb_row;
+use super::{for_each_rgb_row, rows};
 use crate::camera::View;
 use crate::frame::{Frame, Hit, Hits, MISS};
 use crate::geometry::unit_normal;
@@ -79,7 +79,7 @@ fn write_rows(
     put: impl Fn(usize, usize, Hit, &mut Vec<u8>),
 ) -> io::Result<()> {
     let mut row = Vec::new();
-    for (y, pixels) in hits.pixels.chunks_exact(hits.width).enumerate() {
+    for (y, pixels) in rows(&hits.pixels, hits.width).enumerate() {
         row.clear();
         for (x, &hit) in pixels.iter().enumerate() {
             put(x, y, hit, &mut row);

@@ -6,6 +6,7 @@ use super::error::Expected;
 use super::lexer::count_words;
 use super::number::Decimal;
 use super::parser::WORDS_PER_TRIANGLE;
+use super::snippet::line_bytes;
 
 /// Advice for mistakes that are easily made.
 pub(super) fn hint(word: &[u8], expected: Expected) -> Option<String> {
@@ -34,11 +35,8 @@ pub(super) fn tail_help(text: &[u8], word: &Range<usize>, triangles: u64) -> Opt
             "the 0 before it was read as the number of triangles",
         ));
     }
-    let line_start = text[..word.start]
-        .iter()
-        .rposition(|b| *b == b'\n')
-        .map_or(0, |i| i + 1);
-    let words_before = count_words(&text[line_start..word.start]);
+    let line = line_bytes(text, word.start);
+    let words_before = count_words(&text[line.start..word.start]);
     let shifted = !words_before.is_multiple_of(WORDS_PER_TRIANGLE);
     shifted.then(|| {
         String::from(

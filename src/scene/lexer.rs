@@ -177,7 +177,7 @@ pub(super) fn count_words(text: &[u8]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::testing::SplitMix64;
+    use crate::math::Random;
 
     fn words(text: &str) -> Vec<&str> {
         let mut cursor = Cursor::new(text.as_bytes());
@@ -226,14 +226,14 @@ mod tests {
     #[test]
     fn counting_words_agrees_with_reading_them() {
         for seed in 0..2000 {
-            let mut rng = SplitMix64::new(seed);
+            let mut rng = Random::new(seed);
             let alphabet = if seed % 2 == 0 {
                 &b"ab \n\t\r"[..]
             } else {
                 &b"ab \n#"[..]
             };
             let text: Vec<u8> = (0..rng.below(1000))
-                .map(|_| alphabet[rng.below(alphabet.len() as u64) as usize])
+                .map(|_| alphabet[rng.below(alphabet.len() as u32) as usize])
                 .collect();
             let mut cursor = Cursor::at(&text, 0);
             let read = std::iter::from_fn(|| cursor.word()).count();

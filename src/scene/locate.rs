@@ -27,7 +27,7 @@ impl Location {
     }
 }
 
-/// Where the triangles with the given ids stand in a text that [`parse`] accepts: from the first to the last of
+/// Where the triangles with the given ids stand in a text that [`super::parse`] accepts: from the first to the last of
 /// their twelve words. `ids` must ascend; reading stops at the first that is not there. One pass over the
 /// text.
 #[must_use]

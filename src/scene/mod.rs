@@ -1,15 +1,17 @@
 //! The text format: bytes to plain data ([`Scene`]) and back. Never opens files.
 //!
 //! [`parse`] reads in layers: `lexer` cuts the bytes into words, `number` turns words into numbers, `parser`
-//! knows which word may come next. Two helpers stand beside the parser: `parallel` reads the triangles of
-//! large files on all threads and knows only right and wrong; `recover` finds the words for what is wrong and
-//! the place to go on, with a guess from `advice` at what led to it. [`write()`] is the way back, to the bit.
+//! knows which word may come next (`corners`: in the camera's section). Two helpers stand beside the parser:
+//! `parallel` reads the triangles of large files on all threads and knows only right and wrong; `recover` finds
+//! the words for what is wrong and the place to go on, with a guess from `advice` at what led to it. [`write()`]
+//! is the way back, to the bit, and `splice` puts what a hand has changed into the text as it stands.
 //!
 //! Errors ([`ParseErrors`]) carry their places; `snippet` shows a place with its line and a caret. What is odd
 //! but allowed, such as a triangle without area, is for geometry to decide: [`locate_triangles`] gives the
 //! places and [`annotate`] shows them.
 
 mod advice;
+mod corners;
 mod error;
 mod lexer;
 mod locate;
@@ -20,8 +22,6 @@ mod parser;
 mod recover;
 mod snippet;
 mod splice;
-#[cfg(test)]
-mod testing;
 mod writer;
 
 pub use crate::math::Axis;

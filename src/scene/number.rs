@@ -188,7 +188,7 @@ pub(super) fn whole(word: &[u8]) -> Option<Whole> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::testing::SplitMix64;
+    use crate::math::Random;
 
     /// The whole of `text` as a number.
     fn scan(text: &str) -> Option<Decimal<'_>> {
@@ -256,11 +256,11 @@ mod tests {
 
     #[test]
     fn random_decimals_round_as_the_standard_library_does() {
-        let mut rng = SplitMix64::new(7);
+        let mut rng = Random::new(7);
         for _ in 0..100_000 {
-            let mantissa = rng.next_u64() >> rng.below(64);
+            let mantissa = rng.bits() >> rng.below(64);
             let text = match rng.below(4) {
-                0 => format!("{mantissa}e{}", rng.below(100) as i64 - 50),
+                0 => format!("{mantissa}e{}", i64::from(rng.below(100)) - 50),
                 1 => format!("-{}.{mantissa}", rng.below(1000)),
                 2 => format!("{}", f32::from_bits(mantissa as u32 & 0x7f7f_ffff)),
                 // Half way between two neighbours in f32, exactly or nearly.

@@ -140,8 +140,8 @@ mod tests {
     use std::fmt::Write;
 
     use super::*;
+    use crate::math::Random;
     use crate::scene::parser::parse_with;
-    use crate::scene::testing::SplitMix64;
 
     const SEQUENTIAL: Plan = Plan {
         min_bytes: usize::MAX,
@@ -150,12 +150,12 @@ mod tests {
     };
 
     /// A scene of up to 60 triangles, in a layout of its own: any white space, comments here and there.
-    fn random_text(rng: &mut SplitMix64) -> Vec<u8> {
+    fn random_text(rng: &mut Random) -> Vec<u8> {
         const GAPS: [&str; 8] = [" ", " ", " ", "\t ", "\r\n", "\n\n", " # 1 2 3\n", "#é\n  "];
         let count = rng.below(60);
         let mut text = format!("<d 0 0 1 {count}");
         let one_a_line = rng.below(2) == 0;
-        let gap = |rng: &mut SplitMix64| GAPS[rng.below(if one_a_line { 4 } else { 8 }) as usize];
+        let gap = |rng: &mut Random| GAPS[rng.below(if one_a_line { 4 } else { 8 }) as usize];
         for _ in 0..count {
             text += if one_a_line { "\n" } else { gap(rng) };
             for word in 0..WORDS_PER_TRIANGLE {
@@ -173,12 +173,12 @@ mod tests {
     }
 
     /// Up to two bytes changed, removed or doubled.
-    fn mutate(text: &mut Vec<u8>, rng: &mut SplitMix64) {
+    fn mutate(text: &mut Vec<u8>, rng: &mut Random) {
         const BYTES: &[u8] = b"0 \n#<x,.-9\0\xff";
         for _ in 0..rng.below(3) {
-            let at = rng.below(text.len() as u64) as usize;
+            let at = rng.below(text.len() as u32) as usize;
             match rng.below(3) {
-                0 => text[at] = BYTES[rng.below(BYTES.len() as u64) as usize],
+                0 => text[at] = BYTES[rng.below(BYTES.len() as u32) as usize],
                 1 => drop(text.remove(at)),
                 _ => text.insert(at, text[at]),
             }
@@ -189,7 +189,7 @@ mod tests {
     fn parallel_reading_gives_the_same_scene_and_the_same_errors() {
         let (mut good, mut bad) = (0, 0);
         for seed in 0..3000 {
-            let mut rng = SplitMix64::new(seed);
+            let mut rng = Random::new(seed);
             let mut text = random_text(&mut rng);
             mutate(&mut text, &mut rng);
             let plan = Plan {

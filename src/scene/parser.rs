@@ -2,18 +2,18 @@
 //!
 //! Reading goes on after an error where the rest still means something (a bad number, a bad colour), and stops
 //! where it would be guesswork. The triangles, which are nearly all of a large file, are read by code that
-//! knows only right and wrong; what is wrong is then read again by `recover.rs`, which knows the words for it.
+//! knows only right and wrong; what is wrong is then read again by `recover.rs`, which knows the words for it. The
+//! camera and what it must not be stand in `corners.rs`.
 
 use std::ops::Range;
 
 use glam::Vec3;
-use robust::{Coord, Coord3D};
 
 use super::advice::{hint, tail_help};
 use super::error::{Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
 use super::lexer::{Cursor, is_blank};
 use super::locate::Locator;
-use super::model::{CameraCorners, CameraSetting, Operation, Scene, Triangle};
+use super::model::{Operation, Scene, Triangle};
 use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
 use crate::color::Rgb;
@@ -147,36 +147,6 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    pub(super) fn camera(&mut self) -> Result<CameraSetting, Halt> {
-        let (span, letter) = self.keyword(Expected::Camera)?;
-        match letter {
-            Some(b'd') => Ok(CameraSetting::Default),
-            Some(b's') => Ok(CameraSetting::Set(self.corners()?)),
-            _ => self.halt(span, Expected::Camera),
-        }
-    }
-
-    fn corners(&mut self) -> Result<CameraCorners, Halt> {
-        let (eye, eye_span) = self.point(Point::Eye)?;
-        let (top_left, plane) = self.point(Point::TopLeft)?;
-        let (top_right, _) = self.point(Point::TopRight)?;
-        let (bottom_left, last) = self.point(Point::BottomLeft)?;
-        let all = [eye, top_left, top_right, bottom_left];
-        if all.iter().all(|p| p.is_finite()) {
-            if on_one_line(top_left, top_right, bottom_left) {
-                self.note(plane.start..last.end, ParseErrorKind::PlaneOnOneLine, None)?;
-            } else if in_one_plane(all) {
-                self.note(eye_span, ParseErrorKind::EyeInPlane, None)?;
-            }
-        }
-        Ok(CameraCorners {
-            eye,
-            top_left,
-            top_right,
-            bottom_left,
-        })
-    }
-
     pub(super) fn light(&mut self) -> Result<Vec3, Halt> {
         let (light, span) = self.point(Point::Light)?;
         if light == Vec3::ZERO {
@@ -301,7 +271,7 @@ impl<'t> Parser<'t> {
     }
 
     /// The next three words as coordinates (NaN for each bad one, which is noted), and where they stand.
-    fn point(&mut self, point: Point) -> Result<(Vec3, Range<usize>), Halt> {
+    pub(super) fn point(&mut self, point: Point) -> Result<(Vec3, Range<usize>), Halt> {
         let first = self.cursor.peek().map_or(0, |w| w.start);
         let mut coordinate = |axis| -> Result<f32, Halt> {
             let start = self.cursor;
@@ -394,7 +364,7 @@ impl<'t> Parser<'t> {
         end..end
     }
 
-    fn halt<T>(&mut self, word: Range<usize>, expected: Expected) -> Result<T, Halt> {
+    pub(super) fn halt<T>(&mut self, word: Range<usize>, expected: Expected) -> Result<T, Halt> {
         self.unexpected(word, expected)?;
         Err(Halt)
     }
@@ -476,69 +446,5 @@ fn is_right_kind(word: &[u8], expected: Expected) -> bool {
             whole(word).is_some()
         }
         _ => false,
-    }
-}
-
-/// True when the points lie on one line; exact.
-fn on_one_line(a: Vec3, b: Vec3, c: Vec3) -> bool {
-    // They do when their shadows on all three planes of two axes do.
-    let shadow = |pick: fn(Vec3) -> (f32, f32)| {
-        let [a, b, c] = [a, b, c].map(|p| {
-            let (x, y) = pick(p);
-            Coord { x, y }
-        });
-        robust::orient2d(a, b, c)
-    };
-    shadow(|p| (p.x, p.y)) == 0.0 && shadow(|p| (p.y, p.z)) == 0.0 && shadow(|p| (p.z, p.x)) == 0.0
-}
-
-/// True when the points lie in one plane; exact.
-fn in_one_plane(points: [Vec3; 4]) -> bool {
-    let [a, b, c, d] = points.map(|p| Coord3D {
-        x: p.x,
-        y: p.y,
-        z: p.z,
-    });
-    robust::orient3d(a, b, c, d) == 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn points_on_a_line_are_told_from_points_next_to_it() {
-        // Doubling is exact; the triple is rounded, and so beside the line by less than its last bit.
-        let a = Vec3::new(0.1, 0.2, 0.3);
-        assert!(on_one_line(a, a * 2.0, a * 4.0));
-        assert!(!on_one_line(a, a * 2.0, a * 3.0));
-        for scale in [f32::MIN_POSITIVE, 1.0, 1e38] {
-            let next = Vec3::new(scale.next_up(), scale, scale);
-            assert!(on_one_line(
-                Vec3::ZERO,
-                Vec3::splat(scale),
-                Vec3::splat(-scale)
-            ));
-            assert!(
-                !on_one_line(Vec3::ZERO, Vec3::splat(scale), next),
-                "{scale}"
-            );
-        }
-    }
-
-    #[test]
-    fn an_eye_in_the_plane_is_told_from_one_next_to_it() {
-        // Powers of two, so that all points but the last are exact.
-        for scale in [f32::MIN_POSITIVE, 1.0, 2f32.powi(126)] {
-            let (o, a, b) = (Vec3::splat(scale), Vec3::X * scale, Vec3::Y * scale);
-            // z = x + y - 1, in units of `scale`.
-            assert!(in_one_plane([Vec3::new(0.5, 0.75, 0.25) * scale, o, a, b]));
-            let beside = Vec3::new(0.5, 0.75, 0.25f32.next_up()) * scale;
-            assert_eq!(
-                in_one_plane([beside, o, a, b]),
-                beside.z == 0.25 * scale,
-                "{scale}"
-            );
-        }
     }
 }

@@ -65,7 +65,7 @@ enum Motion {
 }
 
 impl Playback {
-    /// Stands on the still picture, the last frame.
+    /// Stands on the still picture, the last frame; `fps`, above 0, is the speed that is told.
     #[must_use]
     pub fn new(fps: f64, last: u64) -> Playback {
         Playback {
@@ -199,7 +199,7 @@ impl Playback {
         self.order = order;
     }
 
-    /// Plays `factor` times as fast from now on; the frame shown stays.
+    /// Plays `speed` times as fast as told from now on, kept within 1/64 to 64; the frame shown stays.
     pub fn set_speed(&mut self, speed: f64) {
         self.rebase();
         self.speed = speed.clamp(1.0 / SPEED_LIMIT, SPEED_LIMIT);

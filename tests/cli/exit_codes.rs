@@ -105,6 +105,20 @@ fn nobody_reading_is_no_reason_for_words() {
     assert_eq!(run.code_is(1).stderr, "");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_named_pipe_that_nobody_reads_to_its_end_is_a_failure() {
+    let folder = Folder::new();
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path("pipe"))
+        .status();
+    assert!(made.expect("mkfifo").success());
+    let child = folder.start(&["render", "scene.txt", "--size", "999x999", "-o", "pipe"]);
+    drop(std::fs::File::open(folder.path("pipe")).expect("the other end"));
+    let run = Run::from(child.wait_with_output().expect("the program ends"));
+    run.code_is(1).says("cannot write pipe: Broken pipe");
+}
+
 #[test]
 fn arguments_that_make_no_sense_are_usage_errors_that_name_the_option() {
     let folder = Folder::new();
@@ -155,11 +169,25 @@ fn other_usage_errors() {
     usage(&["render"]);
     usage(&["view"]);
     usage(&["render", "scene.txt", "--nonsense"]);
-    usage(&["scene.txt", "other.txt"]);
+    usage(&["scene.txt", "other.txt"]).says("one scene, and other.txt is one too many");
+    usage(&["scene.txt", "render"]).says("the command comes first: raybomb render SCENE");
+    for slip in [
+        &["rendr"][..],
+        &["--play", "rendr"],
+        &["rendr", "scene.txt", "-o", "x.bmp"],
+    ] {
+        usage(slip).says("there is no file and no command rendr: is `raybomb render` meant?");
+    }
+    usage(&["help"]).says("is `raybomb --help` meant?");
+    usage(&["cube"]).says("is `raybomb demo cube` meant?");
     usage(&["render", "scene.txt", "--frame", "49"]).says("beyond the last frame, 48");
     let camera = "0 -6 4 -4 -2 3 4 -2 3 -4 -2 -3";
     usage(&["render", "scene.txt", "--frame", "1", "--camera", camera]);
     usage(&["render", "scene.txt", "--view", "cost", "-o", "x.npy"]).says("not cost");
+    for stdout in ["-", "/dev/stdout"] {
+        let both = usage(&["render", "scene.txt", "--hash", "-o", stdout]);
+        assert_eq!(both.says("name a file for the picture").stdout, "");
+    }
     usage(&["anim", "scene.txt"]).says("--output");
     for pattern in [
         "x.png",
@@ -168,7 +196,9 @@ fn other_usage_errors() {
         "{frame}.jpg",
         "{frame}{frame}.png",
     ] {
-        usage(&["anim", "scene.txt", "-o", pattern]);
+        let run = usage(&["anim", "scene.txt", "-o", pattern]);
+        let named = run.stderr.contains("--output") || run.stderr.contains(".bmp, .png, .npy");
+        assert!(named, "{pattern}: {run:#?}");
     }
     for range in ["0..49", "5..4", "3", "-1..4", "a..b"] {
         usage(&["anim", "scene.txt", "--hash", "--frames", range]).says("--frames");

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::support::Folder;
 
-const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
+pub const COMMANDS: [&str; 7] = ["view", "render", "anim", "check", "info", "bench", "demo"];
 
 const PICTURE: [&str; 10] = [
     "--size",
@@ -32,17 +32,21 @@ const WINDOW: [&str; 10] = [
     "--no-config",
 ];
 
-fn help(args: &[&str]) -> String {
+/// What `--help` prints behind `args`.
+pub fn help(args: &[&str]) -> String {
     let run = Folder::new().run(&[args, &["--help"]].concat()).ok();
     assert_eq!(run.stderr, "");
     run.stdout
 }
 
 /// All `--options` in `text`.
-fn options(text: &str) -> BTreeSet<String> {
+pub fn options(text: &str) -> BTreeSet<String> {
     text.split(|c: char| c.is_whitespace() || "`,[]|()".contains(c))
         .map(|word| word.trim_end_matches(['.', ':', ';']))
-        .filter(|word| word.starts_with("--") && word.len() > 2)
+        .filter(|word| {
+            word.strip_prefix("--")
+                .is_some_and(|w| w.starts_with(char::is_alphabetic))
+        })
         .map(str::to_owned)
         .collect()
 }

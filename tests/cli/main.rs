@@ -2,6 +2,7 @@
 
 mod commands;
 mod config;
+mod docs;
 mod exit_codes;
 mod files;
 mod help;

@@ -121,7 +121,7 @@ impl From<Output> for Run {
 }
 
 impl Run {
-    /// This run, which must have ended well and said nothing.
+    /// This run, which must have ended well; it may have said something.
     #[track_caller]
     pub fn ok(self) -> Run {
         self.code_is(0)

@@ -154,7 +154,7 @@ pub fn specks<S: Lanes>(
     // Bit lanes * step + lane.
     let mut hits = [0u64; WORDS];
     let mut doubts = 0;
-    for step in 0..grid.len() {
+    for (step, z) in z.iter_mut().enumerate().take(grid.len()) {
         let (x, y) = (x0 + splat!(steps.x[step]), y0 + splat!(steps.y[step]));
         macro_rules! at {
             ($k:expr) => {
@@ -164,7 +164,7 @@ pub fn specks<S: Lanes>(
         let inside = min3::<S>([at!(k.edges[0]), at!(k.edges[1]), at!(k.edges[2])]);
         let maybe = bits::<S>(inside.simd_ge(0.0)) & grid.lanes(step);
         doubts |= maybe & !bits::<S>(inside.simd_ge(k.sure));
-        store::<S>(at!(k.depth).max(k.z_low).min(k.z_high), &mut z[step], 0);
+        store::<S>(at!(k.depth).max(k.z_low).min(k.z_high), z, 0);
         let bit = step * lanes::<S>();
         hits[bit / 64] |= u64::from(maybe) << (bit % 64);
     }
@@ -432,8 +432,8 @@ pub fn large_triangle<S: Lanes>(
             (bx, by) = (x0, by + 1);
         }
     }
-    for rows in y0 / 4..=y1 / 4 {
-        let mut left = full[rows];
+    for (rows, &blocks) in full.iter().enumerate() {
+        let mut left = blocks;
         while left != 0 {
             let at = rows * 64 + left.trailing_zeros() as usize;
             left &= left - 1;
@@ -441,8 +441,8 @@ pub fn large_triangle<S: Lanes>(
             dirty |= u64::from(won) << (TABLES.offset[at & 255] >> 6);
         }
     }
-    for rows in y0 / 4..=y1 / 4 {
-        let mut left = part[rows];
+    for (rows, &blocks) in part.iter().enumerate() {
+        let mut left = blocks;
         while left != 0 {
             let at = rows * 64 + left.trailing_zeros() as usize;
             left &= left - 1;

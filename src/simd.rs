@@ -6,9 +6,12 @@
 
 pub use fearless_simd::prelude::*;
 use fearless_simd::{Fallback, Level};
+
 pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x4, i32x8, u16x8, u32x4, u64x2};
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-use fearless_simd::{f32x16, u8x16};
+use fearless_simd::{f32x16, u8x16, u32x16};
+
+use crate::raw::{self, CacheLine, stream_line};
 
 /// Runs an expression with the proof for a [`Kernel`]: `dispatch!(kernel, simd => work(simd))`.
 ///
@@ -205,6 +208,23 @@ pub trait Lanes: Simd {
 
     /// The four numbers of one vertex.
     fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4];
+
+    /// Two numbers a pixel, `a` and `b`, for the pixels of two units side by side, each 4 pixels wide: in turn, row by
+    /// row, 8 pixels a row.
+    #[inline(always)]
+    fn put_pairs(self, a: [Self::u32s; 2], b: [Self::u32s; 2], rows: &mut [[u32; 16]]) {
+        for unit in 0..2 {
+            let halves = [a[unit].zip_low(b[unit]), a[unit].zip_high(b[unit])];
+            for (half, words) in halves.into_iter().enumerate() {
+                let at = half * lanes::<Self>();
+                let column = 8 * unit + at % 8;
+                words.store_slice(&mut rows[at / 8][column..column + lanes::<Self>()]);
+            }
+        }
+    }
+
+    /// Copies to `to` past the caches, see [`raw::stream`].
+    fn stream(self, to: &mut [u32], from: &[u32]);
 }
 
 /// Four rows become four columns.
@@ -272,6 +292,11 @@ macro_rules! four_lanes {
             #[inline(always)]
             fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
                 scratch.aos(vertex)
+            }
+
+            #[inline(always)]
+            fn stream(self, to: &mut [u32], from: &[u32]) {
+                raw::stream(to, from, stream_line::baseline);
             }
         }
     )*};
@@ -399,7 +424,40 @@ mod x86 {
         fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
             scratch.aos(vertex)
         }
+
+        #[inline(always)]
+        fn stream(self, to: &mut [u32], from: &[u32]) {
+            raw::stream(to, from, |to, from| stream_line8(self, to, from));
+        }
     }
+
+    kernel!(
+        /// A line past the caches.
+        #[inline(always)]
+        fn stream_line8(_token: Avx2, to: &mut CacheLine, from: &[u32; 16]) {
+            stream_line::avx(to, from);
+        }
+    );
+
+    kernel!(
+        /// A line past the caches.
+        #[inline(always)]
+        fn stream_line16(_token: Avx512, to: &mut CacheLine, from: &[u32; 16]) {
+            stream_line::avx512(to, from);
+        }
+    );
+
+    kernel!(
+        /// The lower halves of two vectors, and the upper ones.
+        #[inline(always)]
+        fn halves(token: Avx512, a: u32x16<Avx512>, b: u32x16<Avx512>) -> [u32x16<Avx512>; 2] {
+            let (a, b) = (a.into(), b.into());
+            [
+                _mm512_shuffle_i64x2::<0x44>(a, b).simd_into(token),
+                _mm512_shuffle_i64x2::<0xee>(a, b).simd_into(token),
+            ]
+        }
+    );
 
     kernel!(
         /// Rows of 16 lanes as four columns.
@@ -515,6 +573,21 @@ mod x86 {
         #[inline(always)]
         fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
             [0, 1, 2, 3].map(|number| scratch.soa(number, vertex >> 4)[vertex & 15])
+        }
+
+        #[inline(always)]
+        fn put_pairs(self, a: [Self::u32s; 2], b: [Self::u32s; 2], rows: &mut [[u32; 16]]) {
+            let [row0, row1] = halves(self, a[0].zip_low(b[0]), a[1].zip_low(b[1]));
+            let [row2, row3] = halves(self, a[0].zip_high(b[0]), a[1].zip_high(b[1]));
+            row0.store_slice(&mut rows[0]);
+            row1.store_slice(&mut rows[1]);
+            row2.store_slice(&mut rows[2]);
+            row3.store_slice(&mut rows[3]);
+        }
+
+        #[inline(always)]
+        fn stream(self, to: &mut [u32], from: &[u32]) {
+            raw::stream(to, from, |to, from| stream_line16(self, to, from));
         }
     }
 }

@@ -246,7 +246,7 @@ impl Renderer {
             if hit || count_cost {
                 shader.shade(tracer.tile(), out);
             } else {
-                shade::background(out);
+                shade::background(settings.kernel, out);
             }
             clock.shaded();
         })
@@ -410,7 +410,7 @@ impl<'a> EngineAtWork<'a> {
             let ids = &self.bvh.file_ids;
             hit_plane::write(kernel, tracer.tile(), ids, self.t_per_w(), out);
         } else {
-            hit_plane::write_misses(out);
+            hit_plane::write_misses(kernel, out);
         }
     }
 

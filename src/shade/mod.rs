@@ -14,8 +14,8 @@ use glam::DVec3;
 use crate::camera::View;
 use crate::color::Rgb;
 use crate::math::power_of_two_below;
-use crate::raw::{PlaneTile, stream, streamed};
-use crate::simd::Kernel;
+use crate::raw::{PlaneTile, streamed};
+use crate::simd::{Kernel, Lanes, dispatch};
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
 use crate::world::World;
@@ -201,12 +201,14 @@ impl<'a> Shader<'a> {
 }
 
 /// Colours a tile without hits.
-pub fn background(out: &mut PlaneTile<'_, u32>) {
-    let row = [Rgb::BLACK.packed(); TILE];
-    for y in 0..out.height() {
-        let to = out.row(y);
-        stream(to, &row[..to.len()]);
-    }
+pub fn background(kernel: Kernel, out: &mut PlaneTile<'_, u32>) {
+    dispatch!(kernel, simd => {
+        let row = [Rgb::BLACK.packed(); TILE];
+        for y in 0..out.height() {
+            let to = out.row(y);
+            simd.stream(to, &row[..to.len()]);
+        }
+    });
     streamed();
 }
 

@@ -4,7 +4,7 @@
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
 use super::{BlockRow, Shader, dot, pixel};
-use crate::raw::{PlaneTile, stream, streamed};
+use crate::raw::{PlaneTile, streamed};
 use crate::simd::{
     Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, SimdMask, dispatch, lanes, load,
 };
@@ -81,7 +81,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
             first += lanes::<S>();
         }
         for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
-            stream(out.row(4 * by + y), &row[..width]);
+            simd.stream(out.row(4 * by + y), &row[..width]);
         }
     }
     streamed();

@@ -1,10 +1,12 @@
 //! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
 //!
-//! Prefetching, large pages ([`Pages`]), stores past the caches, the time stamp counter, pictures whose tiles are written by
+//! Prefetching, large pages ([`Pages`]), stores past the caches, gathers ([`wide`]), the time stamp counter, pictures whose tiles are written by
 //! several threads at once, and hits seen as words. All have a safe face.
 #![allow(unsafe_code)]
 
 mod pages;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+pub mod wide;
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -81,60 +83,27 @@ pub fn ticks() -> u64 {
 #[derive(Clone, Copy, Debug)]
 pub struct CacheLine(pub [u32; 16]);
 
-/// Writes lines past the caches, in the registers of one instruction set each: the fewer stores make a line, the more
-/// lines can be on their way while the program computes on.
-pub mod stream_line {
+/// Copies a line past the caches, on x86-64 (see [`wide`] for fewer and wider stores); a plain copy elsewhere.
+#[inline(always)]
+pub fn stream_line(to: &mut CacheLine, from: &[u32; 16]) {
     #[cfg(target_arch = "x86_64")]
-    use std::arch::x86_64::*;
-
-    use super::CacheLine;
-
-    /// Four stores on x86-64; a plain copy elsewhere.
-    #[inline(always)]
-    pub fn baseline(to: &mut CacheLine, from: &[u32; 16]) {
-        #[cfg(target_arch = "x86_64")]
-        for (to, from) in to.0.chunks_exact_mut(4).zip(from.chunks_exact(4)) {
-            // SAFETY: both chunks hold four words, the 16 bytes that are read and written; `to` is aligned: a line
-            // is, to 64 bytes, and chunks follow each other 16 bytes apart. SSE2 is part of every x86-64. The order
-            // among such stores is settled by `streamed`.
-            unsafe {
-                let words = _mm_loadu_si128(from.as_ptr().cast());
-                _mm_stream_si128(to.as_mut_ptr().cast(), words);
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        to.0.copy_from_slice(from);
-    }
-
-    /// Two stores.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx")]
-    #[inline]
-    pub fn avx(to: &mut CacheLine, from: &[u32; 16]) {
-        for (to, from) in to.0.chunks_exact_mut(8).zip(from.chunks_exact(8)) {
-            // SAFETY: as in `baseline`, with eight words, 32 bytes; the function is for CPUs with AVX only.
-            unsafe {
-                let words = _mm256_loadu_si256(from.as_ptr().cast());
-                _mm256_stream_si256(to.as_mut_ptr().cast(), words);
-            }
-        }
-    }
-
-    /// One store.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f")]
-    #[inline]
-    pub fn avx512(to: &mut CacheLine, from: &[u32; 16]) {
-        // SAFETY: as in `baseline`, with all of the line; the function is for CPUs with AVX-512 only.
+    for (to, from) in to.0.chunks_exact_mut(4).zip(from.chunks_exact(4)) {
+        use std::arch::x86_64::{_mm_loadu_si128, _mm_stream_si128};
+        // SAFETY: both chunks hold four words, the 16 bytes that are read and written; `to` is aligned: a line is, to
+        // 64 bytes, and chunks follow each other 16 bytes apart. SSE2 is part of every x86-64. The order among such
+        // stores is settled by `streamed`.
         unsafe {
-            let words = _mm512_loadu_si512(from.as_ptr().cast());
-            _mm512_stream_si512(to.0.as_mut_ptr().cast(), words);
+            let words = _mm_loadu_si128(from.as_ptr().cast());
+            _mm_stream_si128(to.as_mut_ptr().cast(), words);
         }
     }
+    #[cfg(not(target_arch = "x86_64"))]
+    to.0.copy_from_slice(from);
 }
 
 /// Copies `from` to `to` past the caches: for planes that are larger than they are and not read again soon. A plain
-/// store would first fetch each line that it is about to overwrite. `line`: what copies a line, see [`stream_line`].
+/// store would first fetch each line that it is about to overwrite. `line`: what copies a line, [`stream_line`] or one of
+/// [`wide`].
 ///
 /// # Panics
 /// When the lengths differ.
@@ -374,21 +343,6 @@ mod tests {
             [8, 1.5f32.to_bits(), u32::MAX, infinity]
         );
         assert_eq!(hits[0].id, 8);
-    }
-
-    #[test]
-    fn streaming_copies_every_word_wherever_it_starts() {
-        let from: Vec<u32> = (0..200).collect();
-        for start in 0..20 {
-            for length in [0, 1, 15, 16, 17, 64, 150] {
-                let mut to = [u32::MAX; 200];
-                stream(&mut to[start..start + length], &from[..length], stream_line::baseline);
-                streamed();
-                assert_eq!(to[start..start + length], from[..length]);
-                assert!(to[..start].iter().all(|&w| w == u32::MAX));
-                assert!(to[start + length..].iter().all(|&w| w == u32::MAX));
-            }
-        }
     }
 
     #[test]

@@ -4,14 +4,17 @@
 //! kernels contain no `unsafe` and no lane count. [`dispatch`] turns a [`Kernel`] into such a proof, once a tile.
 //! Functions below it are `#[inline(always)]`: one that is not would be compiled without the wide instructions.
 
+#[cfg(test)]
+mod tests;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+mod x86;
+
 pub use fearless_simd::prelude::*;
 use fearless_simd::{Fallback, Level};
 
 pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x4, i32x8, u16x8, u32x4, u64x2};
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-use fearless_simd::{f32x16, u8x16, u32x16};
 
-use crate::raw::{self, CacheLine, stream_line};
+use crate::raw;
 
 /// Runs an expression with the proof for a [`Kernel`]: `dispatch!(kernel, simd => work(simd))`.
 ///
@@ -223,6 +226,16 @@ pub trait Lanes: Simd {
         }
     }
 
+    /// `table[index[lane]]`, or `missing` where the table ends before.
+    #[inline(always)]
+    fn look_up(self, table: &[u32], index: &[u32], missing: u32) -> Self::u32s {
+        let mut found = [missing; 16];
+        for (to, &index) in found[..lanes::<Self>()].iter_mut().zip(index) {
+            *to = table.get(index as usize).copied().unwrap_or(missing);
+        }
+        Self::u32s::from_slice(self, &found[..lanes::<Self>()])
+    }
+
     /// Copies to `to` past the caches, see [`raw::stream`].
     fn stream(self, to: &mut [u32], from: &[u32]);
 }
@@ -296,298 +309,16 @@ macro_rules! four_lanes {
 
             #[inline(always)]
             fn stream(self, to: &mut [u32], from: &[u32]) {
-                raw::stream(to, from, stream_line::baseline);
+                raw::stream(to, from, raw::stream_line);
             }
         }
     )*};
 }
 
 four_lanes!(Fallback);
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+four_lanes!(fearless_simd::Sse2, fearless_simd::Sse4_2);
 #[cfg(target_arch = "aarch64")]
 four_lanes!(fearless_simd::Neon);
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 four_lanes!(fearless_simd::WasmSimd128);
-
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-mod x86 {
-    use fearless_simd::{Avx2, Avx512, Sse2, Sse4_2, kernel};
-    #[cfg(target_arch = "x86")]
-    use std::arch::x86::*;
-    #[cfg(target_arch = "x86_64")]
-    use std::arch::x86_64::*;
-
-    use super::*;
-
-    four_lanes!(Sse2, Sse4_2);
-
-    /// What a macro makes of each lane, without a closure: that may not be inlined.
-    macro_rules! each {
-        ($row:ident: $($lane:literal)+) => {
-            [$($row!($lane)),+]
-        };
-    }
-
-    kernel!(
-        /// Rows of 8 lanes as four columns.
-        #[inline(always)]
-        fn transpose8(token: Avx2, rows: [f32x4<Avx2>; 8]) -> [f32x8<Avx2>; 4] {
-            macro_rules! pair {
-                ($i:expr) => {
-                    _mm256_set_m128(rows[$i + 4].into(), rows[$i].into())
-                };
-            }
-            let (a, b, c, d) = (pair!(0), pair!(1), pair!(2), pair!(3));
-            let (ab0, ab1) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
-            let (cd0, cd1) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
-            [
-                _mm256_shuffle_ps::<0x44>(ab0, cd0).simd_into(token),
-                _mm256_shuffle_ps::<0xee>(ab0, cd0).simd_into(token),
-                _mm256_shuffle_ps::<0x44>(ab1, cd1).simd_into(token),
-                _mm256_shuffle_ps::<0xee>(ab1, cd1).simd_into(token),
-            ]
-        }
-    );
-
-    kernel!(
-        /// Four columns of 8 lanes as 8 rows, two a vector.
-        #[inline(always)]
-        fn rows8(token: Avx2, columns: [f32x8<Avx2>; 4]) -> [f32x8<Avx2>; 4] {
-            let [a, b, c, d] = columns.map(|v| -> __m256 { v.into() });
-            let (ab0, ab1) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
-            let (cd0, cd1) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
-            let (r0, r1) = (
-                _mm256_shuffle_ps::<0x44>(ab0, cd0),
-                _mm256_shuffle_ps::<0xee>(ab0, cd0),
-            );
-            let (r2, r3) = (
-                _mm256_shuffle_ps::<0x44>(ab1, cd1),
-                _mm256_shuffle_ps::<0xee>(ab1, cd1),
-            );
-            [
-                _mm256_permute2f128_ps::<0x20>(r0, r1).simd_into(token),
-                _mm256_permute2f128_ps::<0x20>(r2, r3).simd_into(token),
-                _mm256_permute2f128_ps::<0x31>(r0, r1).simd_into(token),
-                _mm256_permute2f128_ps::<0x31>(r2, r3).simd_into(token),
-            ]
-        }
-    );
-
-    impl Lanes for Avx2 {
-        #[inline(always)]
-        fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
-            macro_rules! row {
-                ($lane:expr) => {
-                    f32x4::load_array(self, table[index[$lane] as usize])
-                };
-            }
-            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
-        }
-
-        #[inline(always)]
-        fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4] {
-            macro_rules! row {
-                ($lane:expr) => {{
-                    let at = start[$lane] as usize & 255;
-                    f32x4::from_slice(self, &table[at..at + 4])
-                }};
-            }
-            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
-        }
-
-        #[inline(always)]
-        fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
-            let [a, b, c, d] = rows8(self, numbers);
-            let at = first >> 2 & 14;
-            a.store_slice(&mut scratch.0[at][..8]);
-            b.store_slice(&mut scratch.0[at][8..]);
-            c.store_slice(&mut scratch.0[at + 1][..8]);
-            d.store_slice(&mut scratch.0[at + 1][8..]);
-        }
-
-        #[inline(always)]
-        fn corners(
-            self,
-            scratch: &VertexScratch,
-            words: [u32; 4],
-            first: usize,
-            _: usize,
-        ) -> [Self::f32s; 4] {
-            macro_rules! row {
-                ($lane:expr) => {
-                    f32x4::load_array(self, scratch.aos(byte(words, first + $lane)))
-                };
-            }
-            transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
-        }
-
-        #[inline(always)]
-        fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
-            scratch.aos(vertex)
-        }
-
-        #[inline(always)]
-        fn stream(self, to: &mut [u32], from: &[u32]) {
-            raw::stream(to, from, |to, from| stream_line8(self, to, from));
-        }
-    }
-
-    kernel!(
-        /// A line past the caches.
-        #[inline(always)]
-        fn stream_line8(_token: Avx2, to: &mut CacheLine, from: &[u32; 16]) {
-            stream_line::avx(to, from);
-        }
-    );
-
-    kernel!(
-        /// A line past the caches.
-        #[inline(always)]
-        fn stream_line16(_token: Avx512, to: &mut CacheLine, from: &[u32; 16]) {
-            stream_line::avx512(to, from);
-        }
-    );
-
-    kernel!(
-        /// The lower halves of two vectors, and the upper ones.
-        #[inline(always)]
-        fn halves(token: Avx512, a: u32x16<Avx512>, b: u32x16<Avx512>) -> [u32x16<Avx512>; 2] {
-            let (a, b) = (a.into(), b.into());
-            [
-                _mm512_shuffle_i64x2::<0x44>(a, b).simd_into(token),
-                _mm512_shuffle_i64x2::<0xee>(a, b).simd_into(token),
-            ]
-        }
-    );
-
-    kernel!(
-        /// Rows of 16 lanes as four columns.
-        #[inline(always)]
-        fn transpose16(token: Avx512, rows: [f32x4<Avx512>; 16]) -> [f32x16<Avx512>; 4] {
-            macro_rules! four {
-                ($i:expr) => {{
-                    let v = _mm512_castps128_ps512(rows[$i].into());
-                    let v = _mm512_insertf32x4::<1>(v, rows[$i + 4].into());
-                    let v = _mm512_insertf32x4::<2>(v, rows[$i + 8].into());
-                    _mm512_insertf32x4::<3>(v, rows[$i + 12].into())
-                }};
-            }
-            let (a, b, c, d) = (four!(0), four!(1), four!(2), four!(3));
-            let (ab0, ab1) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
-            let (cd0, cd1) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
-            [
-                _mm512_shuffle_ps::<0x44>(ab0, cd0).simd_into(token),
-                _mm512_shuffle_ps::<0xee>(ab0, cd0).simd_into(token),
-                _mm512_shuffle_ps::<0x44>(ab1, cd1).simd_into(token),
-                _mm512_shuffle_ps::<0xee>(ab1, cd1).simd_into(token),
-            ]
-        }
-    );
-
-    kernel!(
-        /// `table[index]` for 16 lanes out of 16 numbers.
-        #[inline(always)]
-        fn permute16(token: Avx512, table: f32x16<Avx512>, index: u8x16<Avx512>) -> f32x16<Avx512> {
-            _mm512_permutexvar_ps(_mm512_cvtepu8_epi32(index.into()), table.into()).simd_into(token)
-        }
-    );
-
-    kernel!(
-        /// `table[index]` for 16 lanes out of 48 numbers.
-        #[inline(always)]
-        fn permute48(
-            token: Avx512,
-            table: [f32x16<Avx512>; 3],
-            index: u8x16<Avx512>,
-        ) -> f32x16<Avx512> {
-            let index = _mm512_cvtepu8_epi32(index.into());
-            let low = _mm512_permutex2var_ps(table[0].into(), index, table[1].into());
-            let third = _mm512_cmpge_epi32_mask(index, _mm512_set1_epi32(32));
-            _mm512_mask_permutexvar_ps(low, third, index, table[2].into()).simd_into(token)
-        }
-    );
-
-    impl Lanes for Avx512 {
-        #[inline(always)]
-        fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
-            macro_rules! row {
-                ($lane:expr) => {
-                    f32x4::load_array(self, table[index[$lane] as usize])
-                };
-            }
-            transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
-        }
-
-        #[inline(always)]
-        fn runs4(self, table: &[f32; 272], start: Self::u32s) -> [Self::f32s; 4] {
-            macro_rules! row {
-                ($lane:expr) => {{
-                    let at = start[$lane] as usize & 255;
-                    f32x4::from_slice(self, &table[at..at + 4])
-                }};
-            }
-            transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
-        }
-
-        #[inline(always)]
-        fn put_vertices(self, scratch: &mut VertexScratch, first: usize, numbers: [Self::f32s; 4]) {
-            for (i, v) in numbers.into_iter().enumerate() {
-                v.store_slice(&mut scratch.0[(i * 4 + (first >> 4)) & 15]);
-            }
-        }
-
-        #[inline(always)]
-        fn corners(
-            self,
-            scratch: &VertexScratch,
-            words: [u32; 4],
-            _: usize,
-            chunks: usize,
-        ) -> [Self::f32s; 4] {
-            let index: u8x16<Avx512> = fearless_simd::u32x4::load_array(self, words).bitcast();
-            macro_rules! row {
-                ($number:expr, $chunk:expr) => {
-                    f32x16::load_array_ref(self, scratch.soa($number, $chunk))
-                };
-            }
-            if chunks == 1 {
-                macro_rules! column {
-                    ($number:expr) => {
-                        permute16(self, row!($number, 0), index)
-                    };
-                }
-                [column!(0), column!(1), column!(2), column!(3)]
-            } else {
-                macro_rules! column {
-                    ($number:expr) => {
-                        permute48(
-                            self,
-                            [row!($number, 0), row!($number, 1), row!($number, 2)],
-                            index,
-                        )
-                    };
-                }
-                [column!(0), column!(1), column!(2), column!(3)]
-            }
-        }
-
-        #[inline(always)]
-        fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
-            [0, 1, 2, 3].map(|number| scratch.soa(number, vertex >> 4)[vertex & 15])
-        }
-
-        #[inline(always)]
-        fn put_pairs(self, a: [Self::u32s; 2], b: [Self::u32s; 2], rows: &mut [[u32; 16]]) {
-            let [row0, row1] = halves(self, a[0].zip_low(b[0]), a[1].zip_low(b[1]));
-            let [row2, row3] = halves(self, a[0].zip_high(b[0]), a[1].zip_high(b[1]));
-            row0.store_slice(&mut rows[0]);
-            row1.store_slice(&mut rows[1]);
-            row2.store_slice(&mut rows[2]);
-            row3.store_slice(&mut rows[3]);
-        }
-
-        #[inline(always)]
-        fn stream(self, to: &mut [u32], from: &[u32]) {
-            raw::stream(to, from, |to, from| stream_line16(self, to, from));
-        }
-    }
-}

@@ -2,7 +2,7 @@
 
 use crate::frame::{Hit, MISS};
 use crate::raw::{PlaneTile, hit_words, streamed};
-use crate::simd::{Bytes, Kernel, Lanes, SimdBase, SimdMask, dispatch, lanes, load};
+use crate::simd::{Bytes, Kernel, Lanes, SimdBase, dispatch, lanes, load};
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
 
@@ -85,14 +85,6 @@ fn block_row<S: Lanes>(
         // Two blocks side by side are neighbours in memory, too.
         let at = block_offset(2 * pair, by) & 0xfe0;
         let ids = &tile.id[at..at + 32];
-        let uniform = all_equal(simd, ids);
-        let number = |id: u32| file_ids.get(id as usize).copied().unwrap_or(MISS);
-        let mut numbers = [number(ids[0]); 32];
-        if !uniform {
-            for (to, &id) in numbers.iter_mut().zip(ids) {
-                *to = number(id);
-            }
-        }
         let mut eights = [EIGHT_MISSES; 4];
         let mut s = 0;
         while s < 16 {
@@ -100,7 +92,7 @@ fn block_row<S: Lanes>(
                 let first = 16 * block + s;
                 // A miss has z = 0: 1/0 is the infinity that it shall show.
                 let t = (one / load(simd, &tile.z, at + first)) * t_per_w;
-                let ids = S::u32s::from_slice(simd, &numbers[first..first + lanes::<S>()]);
+                let ids = simd.look_up(file_ids, &ids[first..first + lanes::<S>()], MISS);
                 (ids, t.bitcast())
             };
             let ((ids0, t0), (ids1, t1)) = (of_block(0), of_block(1));
@@ -111,18 +103,4 @@ fn block_row<S: Lanes>(
             row[pair] = eight;
         }
     }
-}
-
-/// Whether the 32 numbers are the same.
-#[inline(always)]
-fn all_equal<S: Lanes>(simd: S, numbers: &[u32]) -> bool {
-    let first = S::u32s::splat(simd, numbers[0]);
-    let mut equal = true;
-    let mut s = 0;
-    while s < 32 {
-        let numbers = S::u32s::from_slice(simd, &numbers[s..s + lanes::<S>()]);
-        equal &= numbers.simd_eq(first).all_true();
-        s += lanes::<S>();
-    }
-    equal
 }

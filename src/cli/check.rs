@@ -1,7 +1,7 @@
 //! `raybomb check`: every problem of a scene file with its place.
 
 use super::args::CheckArgs;
-use super::console::{color, print, say};
+use super::console::{color, counted, print, say};
 use super::exit::Outcome;
 use super::load::{Source, parse, renderer};
 use crate::geometry::is_degenerate;
@@ -59,9 +59,4 @@ fn warn_of_degenerate(source: &Source, scene: &Scene, most: usize) -> usize {
         ));
     }
     ids.len()
-}
-
-/// `1 triangle`, `2 triangles`.
-fn counted(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

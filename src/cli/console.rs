@@ -33,6 +33,11 @@ pub fn say(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
+/// `1 triangle`, `2 triangles`.
+pub fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 /// Ends the line of a bar that may be on the terminal.
 pub fn leave_bar() {
     if io::stderr().is_terminal() {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::scaling::ScalingReport;
+use crate::cli::console::counted;
 
 /// One line of `bench --json`: scripts rely on names and order.
 #[derive(Debug, Serialize)]
@@ -90,11 +91,11 @@ impl Report {
             _ => String::new(),
         };
         format!(
-            "{}: {} triangles, {}x{}\n\
+            "{}: {}, {}x{}\n\
              {}, engine {}, kernel {}, threads {}: median {:.3} ms, best {:.3} ms of {}{rays}{built}\n\
              {quality}build {:.1} ms, {:.1} bytes a triangle{peak}{counts}{fill}{}{}",
             self.scene,
-            self.triangles,
+            counted(self.triangles, "triangle"),
             self.width,
             self.height,
             self.workload,

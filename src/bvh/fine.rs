@@ -162,6 +162,9 @@ impl Fine<'_> {
 
     /// The top over all of `keys`.
     fn top_of_keys<S: Simd>(&self, simd: S, keys: &[Key]) -> Top<Vec<u32>> {
+        if keys.len() <= PART {
+            return Top::Part(keys.iter().map(|&key| morton::number(key)).collect());
+        }
         let mut prims = self.clusters(keys);
         let mut spare = vec![Prim::EMPTY; prims.len()];
         let all = self.candidate(Set::new(&mut prims, &mut spare));

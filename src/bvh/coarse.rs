@@ -21,7 +21,7 @@ const AHEAD: usize = 24;
 
 pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
-    sorted: &Sorted,
+    sorted: Sorted,
     records: &PartRecords<R>,
 ) -> (Bvh, Pages<R>) {
     let keys = &sorted.keys[..];
@@ -34,7 +34,15 @@ pub(super) fn build<R: Copy + Send + Sync>(
         }
     };
     let top = top(&Sparse::of(keys), 0..keys.len());
-    assemble(triangles, sorted.bounds, top, Range::len, write, records)
+    assemble(
+        triangles,
+        sorted.bounds,
+        top,
+        Range::len,
+        write,
+        records,
+        sorted.spare.reused(),
+    )
 }
 
 /// Keys in order, and every sixty-fourth code by itself: to look for a place among all keys takes a line of memory

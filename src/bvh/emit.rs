@@ -138,7 +138,7 @@ fn set_child(node: &mut Node, slot: usize, branch: &Branch, padding: f32) {
 }
 
 /// Writes the tree of a skeleton, none of whose parts is empty. `size`: triangles of a part; `write` writes some
-/// parts; `records`: see [`Bvh::build_with`]. `bounds`: the box of everything.
+/// parts; `records`: see [`Bvh::build_with`]; `room`: memory for them. `bounds`: the box of everything.
 ///
 /// As many pieces as keep the threads busy are written, laid end to end and their memory used again: it is warm, and
 /// the system need not clear it.
@@ -149,6 +149,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     size: impl Fn(&T) -> usize,
     write: impl Fn(&mut Piece, &[T]) + Sync,
     records: &PartRecords<R>,
+    room: Pages<R>,
 ) -> (Bvh, Pages<R>) {
     let diagonal = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length();
     let padding = (diagonal * (1.0 / f64::from(1 << 20))) as f32;
@@ -168,7 +169,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     };
     let mut whole = Whole {
         piece: empty(),
-        records: Pages::new(),
+        records: room,
     };
     whole.make_room(parts.iter().map(&size).sum());
     for _ in 0..top_count {

@@ -71,7 +71,8 @@ pub(super) fn build<R: Copy + Send + Sync>(
     };
     let kernel = Kernel::best();
     let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys));
-    drop(sorted);
+    let room = sorted.spare.reused();
+    drop(sorted.keys);
     let write = |piece: &mut Piece, parts: &[Vec<u32>]| {
         let mut rooms = (Vec::new(), Vec::new());
         for part in parts {
@@ -79,7 +80,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
             piece.finish_part(root);
         }
     };
-    assemble(triangles, bounds, top, Vec::len, write, records)
+    assemble(triangles, bounds, top, Vec::len, write, records, room)
 }
 
 struct Fine<'a> {

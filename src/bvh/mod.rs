@@ -115,7 +115,7 @@ impl Bvh {
         }
         let (bvh, records) = Bvh::over(sorted, |sorted| match quality {
             Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records),
-            Quality::Coarse => coarse::build(triangles, &sorted, records),
+            Quality::Coarse => coarse::build(triangles, sorted, records),
         });
         (Bvh { copies, ..bvh }, records)
     }

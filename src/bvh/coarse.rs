@@ -9,8 +9,8 @@ use super::emit::{Branch, Piece, Top, assemble};
 use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
-use super::{Bvh, PartRecords};
-use crate::raw::{Pages, prefetch};
+use super::{Bvh, PartRecords, prefetch_triangle};
+use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -21,7 +21,7 @@ const AHEAD: usize = 24;
 
 pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
-    sorted: &Sorted,
+    sorted: Sorted,
     records: &PartRecords<R>,
 ) -> (Bvh, Pages<R>) {
     let keys = &sorted.keys[..];
@@ -34,7 +34,15 @@ pub(super) fn build<R: Copy + Send + Sync>(
         }
     };
     let top = top(&Sparse::of(keys), 0..keys.len());
-    assemble(triangles, sorted.bounds, top, Range::len, write, records)
+    assemble(
+        triangles,
+        sorted.bounds,
+        top,
+        Range::len,
+        write,
+        records,
+        sorted.spare.reused(),
+    )
 }
 
 /// Keys in order, and every sixty-fourth code by itself: to look for a place among all keys takes a line of memory
@@ -121,9 +129,7 @@ impl Cells<'_> {
         if range.len() <= MAX_LEAF {
             let ahead = self.keys.len().min(range.end + AHEAD);
             for &key in &self.keys[ahead.min(range.start + AHEAD)..ahead] {
-                let number = morton::number(key) as usize;
-                prefetch(self.triangles, number, 0);
-                prefetch(self.triangles, number + 1, 0);
+                prefetch_triangle(self.triangles, morton::number(key));
             }
             let mut numbers = [0; MAX_LEAF];
             let count = range.len();

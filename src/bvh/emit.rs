@@ -138,7 +138,7 @@ fn set_child(node: &mut Node, slot: usize, branch: &Branch, padding: f32) {
 }
 
 /// Writes the tree of a skeleton, none of whose parts is empty. `size`: triangles of a part; `write` writes some
-/// parts; `records`: see [`Bvh::build_with`]. `bounds`: the box of everything.
+/// parts; `records`: see [`Bvh::build_with`]; `room`: memory for them. `bounds`: the box of everything.
 ///
 /// As many pieces as keep the threads busy are written, laid end to end and their memory used again: it is warm, and
 /// the system need not clear it.
@@ -149,6 +149,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     size: impl Fn(&T) -> usize,
     write: impl Fn(&mut Piece, &[T]) + Sync,
     records: &PartRecords<R>,
+    room: Pages<R>,
 ) -> (Bvh, Pages<R>) {
     let diagonal = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length();
     let padding = (diagonal * (1.0 / f64::from(1 << 20))) as f32;
@@ -167,10 +168,10 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
         packer: Packer::new(),
     };
     let mut whole = Whole {
-        total: parts.iter().map(&size).sum(),
         piece: empty(),
-        records: Pages::new(),
+        records: room,
     };
+    whole.make_room(parts.iter().map(&size).sum());
     for _ in 0..top_count {
         whole.piece.reserve_node();
     }
@@ -187,7 +188,6 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
                 write(piece, parts);
                 records(&piece.file_ids[first..], &mut whole.records);
             }
-            whole.make_room();
             continue;
         }
         pieces.resize_with(groups.len(), || (empty(), Pages::new()));
@@ -228,29 +228,26 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
 
 /// The tree as far as it is written.
 struct Whole<'a, R: Copy> {
-    /// Triangles that there will be.
-    total: usize,
     /// The top's nodes, still empty, and all that is written behind them.
     piece: Piece<'a>,
     records: Pages<R>,
 }
 
 impl<R: Copy + Send + Sync> Whole<'_, R> {
-    /// Room for what is still to come, as far as it can be told.
-    fn make_room(&mut self) {
+    /// Room for a tree of so many triangles. What is not used costs nothing, and what grows would be copied: so room
+    /// for a node for 16 triangles, where a mesh has one for 60, and for seven lines for eight, where a mesh has four
+    /// and triangles that share no corners have six.
+    fn make_room(&mut self, triangles: usize) {
         let Piece {
             nodes,
             lines,
             file_ids,
-            roots,
             ..
         } = &mut self.piece;
-        let share = file_ids.len() as f64 / self.total as f64;
-        make_room(nodes, 0, share);
-        make_room(lines, 0, share);
-        make_room(file_ids, 0, share);
-        make_room(roots, 0, share);
-        make_room(&mut self.records, 0, share);
+        nodes.make_room(triangles / 16);
+        lines.make_room(triangles / 8 * 7);
+        file_ids.make_room(triangles);
+        self.records.make_room(triangles);
     }
 
     /// Moves what is in `pieces` behind everything.
@@ -263,15 +260,13 @@ impl<R: Copy + Send + Sync> Whole<'_, R> {
             lines += piece.lines.len();
         }
         let from = &*pieces;
-        let written: usize = from.iter().map(|(piece, _)| piece.file_ids.len()).sum();
-        let share = (all.file_ids.len() + written) as f64 / self.total as f64;
         rayon::join(
-            || append(&mut all.lines, from, share, |(piece, _)| &piece.lines),
+            || append(&mut all.lines, from, |(piece, _)| &piece.lines),
             || {
-                append(&mut all.nodes, from, share, |(piece, _)| &piece.nodes);
-                append(&mut all.file_ids, from, share, |(piece, _)| &piece.file_ids);
-                append(&mut self.records, from, share, |(_, records)| records);
-                append(&mut all.roots, from, share, |(piece, _)| &piece.roots);
+                append(&mut all.nodes, from, |(piece, _)| &piece.nodes);
+                append(&mut all.file_ids, from, |(piece, _)| &piece.file_ids);
+                append(&mut self.records, from, |(_, records)| records);
+                append(&mut all.roots, from, |(piece, _)| &piece.roots);
             },
         );
         for (piece, records) in pieces {
@@ -284,27 +279,10 @@ impl<R: Copy + Send + Sync> Whole<'_, R> {
     }
 }
 
-/// One column of all pieces, behind what is there; then `share` of the tree is there.
-fn append<P, T: Copy>(
-    all: &mut Pages<T>,
-    pieces: &[P],
-    share: f64,
-    column: impl Fn(&P) -> &Pages<T>,
-) {
-    let more: usize = pieces.iter().map(|p| column(p).len()).sum();
-    make_room(all, more, share);
+/// One column of all pieces, behind what is there.
+fn append<P, T: Copy>(all: &mut Pages<T>, pieces: &[P], column: impl Fn(&P) -> &Pages<T>) {
     for piece in pieces {
         all.extend_from_slice(column(piece));
-    }
-}
-
-/// Room for `more` and for all that is to come after it, if the rest is like the share of the tree that is there
-/// then: growing by doubling would copy everything again and again.
-fn make_room<T: Copy>(all: &mut Pages<T>, more: usize, share: f64) {
-    let expected = (all.len() + more) as f64 / share;
-    if expected > all.room() as f64 {
-        // A little more: the next share may say a little more.
-        all.make_room((expected * 1.05) as usize + 1);
     }
 }
 

@@ -14,8 +14,8 @@ use super::emit::{Branch, Piece, Top, assemble};
 use super::morton::{self, Key, Sorted};
 use super::node::{MAX_LEAF, WIDTH};
 use super::prim::Prim;
-use super::{Bvh, PartRecords};
-use crate::raw::{Pages, prefetch};
+use super::{Bvh, PartRecords, prefetch_triangle};
+use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
 
@@ -71,7 +71,8 @@ pub(super) fn build<R: Copy + Send + Sync>(
     };
     let kernel = Kernel::best();
     let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys));
-    drop(sorted);
+    let room = sorted.spare.reused();
+    drop(sorted.keys);
     let write = |piece: &mut Piece, parts: &[Vec<u32>]| {
         let mut rooms = (Vec::new(), Vec::new());
         for part in parts {
@@ -79,7 +80,7 @@ pub(super) fn build<R: Copy + Send + Sync>(
             piece.finish_part(root);
         }
     };
-    assemble(triangles, bounds, top, Vec::len, write, records)
+    assemble(triangles, bounds, top, Vec::len, write, records, room)
 }
 
 struct Fine<'a> {
@@ -162,6 +163,10 @@ impl Fine<'_> {
 
     /// The top over all of `keys`.
     fn top_of_keys<S: Simd>(&self, simd: S, keys: &[Key]) -> Top<Vec<u32>> {
+        if keys.len() <= PART {
+            // No clusters: nothing is cut before it is a part.
+            return Top::Part(keys.iter().map(|&key| morton::number(key)).collect());
+        }
         let mut prims = self.clusters(keys);
         let mut spare = vec![Prim::EMPTY; prims.len()];
         let all = self.candidate(Set::new(&mut prims, &mut spare));
@@ -182,8 +187,7 @@ impl Fine<'_> {
                     let mut bounds = Prim::EMPTY;
                     for (i, &key) in keys.iter().enumerate() {
                         let later = keys.get(i + AHEAD).map_or(0, |&k| morton::number(k));
-                        prefetch(self.triangles, later as usize, 0);
-                        prefetch(self.triangles, later as usize + 1, 0);
+                        prefetch_triangle(self.triangles, later);
                         bounds = bounds.join(&self.prim(morton::number(key)));
                     }
                     bounds.with(start as u32, keys.len() as u32)
@@ -247,8 +251,7 @@ impl Fine<'_> {
         prims.clear();
         for (i, &number) in numbers.iter().enumerate() {
             let later = numbers.get(i + AHEAD).map_or(0, |&n| n);
-            prefetch(self.triangles, later as usize, 0);
-            prefetch(self.triangles, later as usize + 1, 0);
+            prefetch_triangle(self.triangles, later);
             prims.push(self.prim(number).with(number, 1));
         }
         spare.resize(numbers.len(), Prim::EMPTY);

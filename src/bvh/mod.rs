@@ -60,6 +60,13 @@ pub struct Bvh {
     pub copies: usize,
 }
 
+/// Asks for the corners of triangle `number`: they may lie in two lines.
+#[inline(always)]
+fn prefetch_triangle(triangles: &[Triangle], number: u32) {
+    prefetch(triangles, number as usize, 0);
+    prefetch(triangles, number as usize + 1, 0);
+}
+
 impl Bvh {
     /// Builds the tree for fast frames, in parallel on the current rayon pool. Degenerate triangles are left out, and
     /// copies of others where many triangles share a place.
@@ -115,7 +122,7 @@ impl Bvh {
         }
         let (bvh, records) = Bvh::over(sorted, |sorted| match quality {
             Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records),
-            Quality::Coarse => coarse::build(triangles, &sorted, records),
+            Quality::Coarse => coarse::build(triangles, sorted, records),
         });
         (Bvh { copies, ..bvh }, records)
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::radix::{BUCKETS, CODE_BITS, Runs, bucket, merge};
 pub(super) use super::radix::{Key, code, number};
 use crate::geometry::{Aabb, corner_lanes, have_area_for_sure, is_degenerate};
-use crate::raw::Pages;
+use crate::raw::{Pages, prefetch};
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, SimdBase, SimdCvtTruncate, dispatch, f32x8, i32x8};
 
@@ -24,6 +24,8 @@ const SAMPLED: usize = 64;
 const MANY: usize = 1 << 13;
 /// How much larger than the middles of those triangles the grid is, each way, in grids.
 const MARGIN: f32 = 1.0 / 64.0;
+/// So many triangles ahead of their use their lines are asked for: the processor itself stops at the end of a page.
+const AHEAD: usize = 64;
 /// So few keys are looked through one by one.
 const FEW_KEYS: usize = 64;
 
@@ -163,6 +165,8 @@ fn spread<S: Simd>(x: i32x8<S>) -> i32x8<S> {
 /// Keys in the order of their codes, and the box of their triangles.
 pub(super) struct Sorted {
     pub(super) keys: Pages<Key>,
+    /// Memory that is no longer used.
+    pub(super) spare: Pages<Key>,
     pub(super) bounds: Aabb,
     /// Some cells hold so many triangles that there may be copies among them.
     pub(super) crowded: bool,
@@ -198,7 +202,8 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
         .collect();
     let mut grid = Grid::over(middles.into_iter().fold(Aabb::EMPTY, Aabb::join), margin);
     let mut chosen_again = false;
-    let mut room: Pages<Key> = Pages::zeros(count);
+    // What it is used for afterwards takes twice as much.
+    let mut room: Pages<Key> = Pages::zeros(count, 2 * count);
     loop {
         let pieces: Vec<Piece> = starts
             .par_iter()
@@ -215,6 +220,7 @@ fn sort(triangles: &[Triangle], count: usize, number_at: impl Fn(usize) -> u32 +
             let (keys, crowded) = merge(&runs);
             return Sorted {
                 keys,
+                spare: room,
                 bounds,
                 crowded,
             };
@@ -240,6 +246,9 @@ impl<F: Fn(usize) -> u32> Source<'_, F> {
             let mut numbers = [0; 8];
             for (number, place) in numbers.iter_mut().zip(at..) {
                 *number = (self.number_at)(place.min(end - 1));
+            }
+            for line in 0..5 {
+                prefetch(self.triangles, numbers[0] as usize + AHEAD, line);
             }
             each(&numbers[..(end - at).min(8)]);
         }
@@ -336,11 +345,22 @@ pub(super) fn cut(keys: &[Key]) -> usize {
     let Some(bit) = highest_difference(keys) else {
         return keys.len() / 2;
     };
+    // Bits above are the same in all: a sum without branches.
+    let ones = |keys: &[Key], step: usize| {
+        let bits = keys.iter().step_by(step).map(|&key| key >> (32 + bit) & 1);
+        bits.sum::<u64>() as usize
+    };
     if keys.len() <= FEW_KEYS {
-        // Bits above are the same in all: a sum without branches.
-        return keys.len() - keys.iter().map(|&key| key >> (32 + bit) & 1).sum::<u64>() as usize;
+        keys.len() - ones(keys, 1)
+    } else if keys.len() <= FEW_KEYS * FEW_KEYS {
+        // First among some, then among those between two of them: no step waits for the one before it.
+        let some = keys.len().div_ceil(FEW_KEYS);
+        let end = (some - ones(keys, FEW_KEYS)) * FEW_KEYS;
+        let near = &keys[end - FEW_KEYS..end.min(keys.len())];
+        end - FEW_KEYS + near.len() - ones(near, 1)
+    } else {
+        keys.partition_point(|&key| code(key) >> bit == code(keys[0]) >> bit)
     }
-    keys.partition_point(|&key| code(key) >> bit == code(keys[0]) >> bit)
 }
 
 /// The highest bit in which codes of `keys`, in order, differ.
@@ -411,5 +431,13 @@ mod tests {
         assert_eq!(cut(&[key(0, 0), key(1, 1), key(4, 2), key(6, 3)]), 2);
         assert_eq!(cut(&[key(5, 0), key(5, 1), key(5, 2), key(5, 3)]), 2);
         assert_eq!(cut(&[key(0, 9), key(u64::from(u32::MAX), 3)]), 1);
+        for count in [63, 64, 65, 127, 128, 129, 1000, 4095, 4096, 4097, 10_000] {
+            for ones in [1, 2, 62, count / 2, count - 2, count - 1] {
+                let keys: Vec<Key> = (0..count)
+                    .map(|i| key(if i < count - ones { i % 8 } else { 64 + i % 8 }, i))
+                    .collect();
+                assert_eq!(cut(&keys), (count - ones) as usize, "{ones} of {count}");
+            }
+        }
     }
 }

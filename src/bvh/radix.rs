@@ -97,7 +97,7 @@ fn scatter<const N: usize>(
 
 /// All keys in order, and whether there are crowded cells.
 pub(super) fn merge(runs: &[Runs]) -> (Pages<Key>, bool) {
-    let mut keys = Pages::zeros(runs.iter().map(|r| r.keys.len()).sum());
+    let mut keys = Pages::zeros(runs.iter().map(|r| r.keys.len()).sum(), 0);
     let mut rest = &mut keys[..];
     let mut buckets = Vec::new();
     for bucket in 0..BUCKETS {

@@ -287,6 +287,27 @@ mod tests {
     }
 
     #[test]
+    fn a_crowded_cell_of_a_small_scene_becomes_as_good_a_part_as_alone() {
+        for few in [100, 3000] {
+            let wide = soup(few, 2.0, 1e6);
+            for crowd in [64, 65, 300, 1023, 1024, 1025] {
+                let model = soup(crowd, 0.05, 1.0);
+                let all = [&wide[..], &model].concat();
+                for (builder, build) in BUILDERS {
+                    let valid = build(&all).validate(&all);
+                    assert_eq!(valid, Ok(()), "{crowd} among {few}, {builder}");
+                }
+                let leaves = |triangles: &[Triangle]| Bvh::build(triangles).stats().leaves;
+                let (together, apart) = (leaves(&all), leaves(&wide) + leaves(&model));
+                assert!(
+                    together * 10 <= apart * 11 + 20,
+                    "{crowd} among {few}: {together} leaves, apart {apart}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn validate_notices_a_wrong_box_and_a_wrong_corner() {
         let triangles = soup(100, 0.1, 1.0);
         let mut bvh = Bvh::build(&triangles);

@@ -76,6 +76,24 @@ impl<T: Copy> Pages<T> {
         self.len = 0;
     }
 
+    /// Nothing, with the memory of these values as its room if it is the system's: it is warm, and need not be cleared
+    /// again.
+    #[must_use]
+    pub fn reused<U: Copy>(self) -> Pages<U> {
+        const { assert!(size_of::<T>() > 0 && size_of::<U>() < LARGE_PAGE && align_of::<U>() <= 4096) };
+        if !self.mapped || size_of::<U>() == 0 {
+            return Pages::new();
+        }
+        let old = ManuallyDrop::new(self);
+        Pages {
+            first: old.first.cast(),
+            len: 0,
+            room: (old.room * size_of::<T>()).next_multiple_of(LARGE_PAGE) / size_of::<U>(),
+            mapped: true,
+            values: PhantomData,
+        }
+    }
+
     /// Room for at least `count` values in all.
     #[cold]
     pub fn make_room(&mut self, count: usize) {
@@ -108,10 +126,15 @@ impl<T: Copy> Pages<T> {
 }
 
 impl Pages<u64> {
-    /// So many zeros, in memory that is cleared when it is used.
+    /// So many zeros, in memory that is cleared when it is used. If that is the system's, there is room for `room`.
     #[must_use]
-    pub fn zeros(count: usize) -> Pages<u64> {
-        let Some(mut zeros) = system::map(count, LARGE_PAGE) else {
+    pub fn zeros(count: usize, room: usize) -> Pages<u64> {
+        let mapped = if count * size_of::<u64>() < LARGE_PAGE {
+            None
+        } else {
+            system::map(count.max(room), LARGE_PAGE)
+        };
+        let Some(mut zeros) = mapped else {
             return Pages::of_vec(vec![0; count]);
         };
         // What the system gives is zeros, and there is room for as many.
@@ -245,9 +268,16 @@ mod tests {
             assert!(threes.room() >= count && threes.is_empty());
             threes.extend_from_slice(&vec![[7; 24]; count]);
             assert!(threes.iter().all(|three| *three == [7; 24]));
-            let zeros = Pages::zeros(count);
+            let zeros = Pages::zeros(count, 2 * count);
             assert_eq!(zeros.len(), count);
             assert!(zeros.iter().all(|&zero| zero == 0));
+            let room = zeros.room();
+            let mut threes: Pages<[u8; 24]> = zeros.reused();
+            assert!(threes.is_empty());
+            assert!(threes.room() == 0 || threes.room() >= room / 3);
+            threes.extend_from_slice(&vec![[7; 24]; count]);
+            assert!(threes.iter().all(|three| *three == [7; 24]));
+            assert_eq!(threes.len(), count);
         }
     }
 

@@ -182,18 +182,39 @@ kernel!(
 );
 
 kernel!(
-    /// Rows of 16 lanes as four columns.
+    /// Four rows side by side. One by one: an array of all 16 rows would go through memory, and come back as
+    /// wider loads than the stores were, which have to wait for them.
     #[inline(always)]
-    fn transpose16(token: Avx512, rows: [f32x4<Avx512>; 16]) -> [f32x16<Avx512>; 4] {
-        macro_rules! four {
-            ($i:expr) => {{
-                let v = _mm512_castps128_ps512(rows[$i].into());
-                let v = _mm512_insertf32x4::<1>(v, rows[$i + 4].into());
-                let v = _mm512_insertf32x4::<2>(v, rows[$i + 8].into());
-                _mm512_insertf32x4::<3>(v, rows[$i + 12].into())
-            }};
-        }
-        let (a, b, c, d) = (four!(0), four!(1), four!(2), four!(3));
+    fn side_by_side(
+        token: Avx512,
+        a: f32x4<Avx512>,
+        b: f32x4<Avx512>,
+        c: f32x4<Avx512>,
+        d: f32x4<Avx512>,
+    ) -> f32x16<Avx512> {
+        let low = _mm256_set_m128(b.into(), a.into());
+        let high = _mm256_set_m128(d.into(), c.into());
+        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high).simd_into(token)
+    }
+);
+
+/// What a macro makes of 16 lanes, four rows as one vector: see [`transpose16`].
+macro_rules! fours {
+    ($token:expr, $row:ident) => {
+        [
+            side_by_side($token, $row!(0), $row!(4), $row!(8), $row!(12)),
+            side_by_side($token, $row!(1), $row!(5), $row!(9), $row!(13)),
+            side_by_side($token, $row!(2), $row!(6), $row!(10), $row!(14)),
+            side_by_side($token, $row!(3), $row!(7), $row!(11), $row!(15)),
+        ]
+    };
+}
+
+kernel!(
+    /// Rows of 16 lanes as four columns. Vector k has rows k, k + 4, k + 8 and k + 12.
+    #[inline(always)]
+    fn transpose16(token: Avx512, fours: [f32x16<Avx512>; 4]) -> [f32x16<Avx512>; 4] {
+        let [a, b, c, d] = fours.map(|v| -> __m512 { v.into() });
         let (ab0, ab1) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
         let (cd0, cd1) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
         [
@@ -236,7 +257,7 @@ impl Lanes for Avx512 {
                 f32x4::load_array(self, table[index[$lane] as usize])
             };
         }
-        transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
+        transpose16(self, fours!(self, row))
     }
 
     #[inline(always)]
@@ -247,7 +268,7 @@ impl Lanes for Avx512 {
                 f32x4::from_slice(self, &table[at..at + 4])
             }};
         }
-        transpose16(self, each!(row: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15))
+        transpose16(self, fours!(self, row))
     }
 
     #[inline(always)]

@@ -15,7 +15,6 @@ use super::distances::HitRows;
 use super::look::Candidate;
 use super::ready::{Nearest, largest};
 use super::sift::Sheet;
-use super::single::hit;
 use super::tree::{RayNode, RayTree};
 use super::walk::{Stack, push};
 use super::window::{MOST, Row, Window, fold, main_axes, smallest};
@@ -157,10 +156,9 @@ impl Beam {
         let mut least = [infinity; 3];
         let mut most = [-infinity; 3];
         for at in (0..self.padded).step_by(lanes::<S>()) {
-            let [x, y, z] = [0, 1, 2].map(
-                #[inline(always)]
-                |k| load(simd, &self.dir[k], at),
-            );
+            let x = load(simd, &self.dir[0], at);
+            let y = load(simd, &self.dir[1], at);
+            let z = load(simd, &self.dir[2], at);
             let inverse = S::f32s::splat(simd, 1.0) / z;
             let (x, y) = (x / z, y / z);
             least[0] = least[0].min(x);
@@ -199,16 +197,17 @@ impl Beam {
                 low[2] = low[2].min(x);
                 high[2] = high[2].max(x);
             }
-            let (low, high) = (
-                low.map(
-                    #[inline(always)]
-                    |low| fold::<S>(low, smallest),
-                ),
-                high.map(
-                    #[inline(always)]
-                    |high| fold::<S>(high, largest),
-                ),
-            );
+            // No closure for each of the three: it may not be inlined.
+            let low = [
+                fold::<S>(low[0], smallest),
+                fold::<S>(low[1], smallest),
+                fold::<S>(low[2], smallest),
+            ];
+            let high = [
+                fold::<S>(high[0], largest),
+                fold::<S>(high[1], largest),
+                fold::<S>(high[2], largest),
+            ];
             let near_bounds = [low[0] - self.slack, high[0] + self.slack];
             self.sheets[k] = Sheet {
                 slopes: [s0, s1],
@@ -299,28 +298,26 @@ impl Beam {
     #[inline(always)]
     pub fn write<S: Lanes>(&self, simd: S, tree: &RayTree, rays: &[Ray], hits: &mut [Hit]) {
         // The axes follow each other in a circle.
-        let place = [0, 1, 2].map(|axis| (axis + 3 - self.axes[0]) % 3);
+        let [x, y, z] = match self.axes[0] {
+            0 => [0, 1, 2],
+            1 => [2, 0, 1],
+            _ => [1, 2, 0],
+        };
         let rows = HitRows {
-            origin: place.map(|k| &self.origin[k]),
-            dir: place.map(|k| &self.dir[k]),
+            origin: [&self.origin[x], &self.origin[y], &self.origin[z]],
+            dir: [&self.dir[x], &self.dir[y], &self.dir[z]],
             slot: &self.slot,
         };
-        for at in (0..self.count).step_by(lanes::<S>()) {
-            let (t, certain) = rows.distances(simd, tree, at);
-            let index = &self.index[at..self.count.min(at + lanes::<S>())];
-            for (lane, &index) in index.iter().enumerate() {
-                let index = usize::from(index);
-                let slot = self.slot[at + lane];
-                hits[index] = if slot == MISS {
-                    Hit::NONE
-                } else if certain >> lane & 1 != 0 {
-                    let id = tree.file_id(slot);
-                    Hit { id, t: t[lane] }
-                } else {
-                    hit(tree, &rays[index], slot)
-                };
-            }
-        }
+        let index = |i: usize| usize::from(self.index[i % MOST]);
+        rows.each_hit(
+            simd,
+            tree,
+            self.count,
+            #[inline(always)]
+            |i| &rays[index(i)],
+            #[inline(always)]
+            |i, hit| hits[index(i)] = hit,
+        );
     }
 
     #[inline(always)]
@@ -337,7 +334,7 @@ impl Beam {
     fn meet<S: Lanes>(&self, simd: S, node: &RayNode) -> ([f32; 8], u32) {
         macro_rules! row {
             ($row:expr) => {
-                f32x8::load_array_ref(simd, &node.bounds[$row % 6])
+                f32x8::load_array_ref(simd, &node.bounds[$row])
             };
         }
         let [ax, ay, az] = self.axes;
@@ -385,7 +382,7 @@ impl Beam {
                 slot: (block * LANES + lane) as u32,
                 corners: self
                     .axes
-                    .map(|axis| [0, 1, 2].map(|corner| of_block.corners[corner][axis % 3][lane])),
+                    .map(|axis| [0, 1, 2].map(|corner| of_block.corners[corner][axis][lane])),
                 error: sifted.errors[lane],
                 reach: sifted.reaches[lane],
             };

@@ -68,7 +68,7 @@ impl Block {
         let [ax, ay, az] = ray.axes;
         macro_rules! relative {
             ($corner:expr, $axis:expr, $at:expr) => {
-                f32x8::load_array_ref(simd, &self.corners[$corner][$axis % 3]) - ray.origin[$at]
+                f32x8::load_array_ref(simd, &self.corners[$corner][$axis]) - ray.origin[$at]
             };
         }
         macro_rules! point {

@@ -9,11 +9,14 @@
 //! `f32` numbers in `f64`, rounded. Such a quotient has so many digits to spare that rounding it twice is rounding it
 //! once, so it is a quotient in `f32`.
 
+use super::Ray;
 use super::block::{LANES, UNDERFLOW};
+use super::ready::Ready;
 use super::rule::INSIDE;
+use super::single::hit;
 use super::tree::RayTree;
 use super::window::{MOST, Row};
-use crate::frame::MISS;
+use crate::frame::{Hit, MISS};
 use crate::simd::{
     Lanes, Select, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, bits, lanes, load,
 };
@@ -33,10 +36,37 @@ pub struct HitRows<'a> {
 }
 
 impl HitRows<'_> {
+    /// Tells what each of the first `count` rays hits, by its number; `ray` is the ray of a number as it came.
+    #[inline(always)]
+    pub fn each_hit<'r, S: Lanes>(
+        &self,
+        simd: S,
+        tree: &RayTree,
+        count: usize,
+        ray: impl Fn(usize) -> &'r Ray,
+        mut tell: impl FnMut(usize, Hit),
+    ) {
+        for at in (0..count).step_by(lanes::<S>()) {
+            let (t, certain) = self.distances(simd, tree, at);
+            let slots = &self.slot[at..count.min(at + lanes::<S>())];
+            for (lane, &slot) in slots.iter().enumerate() {
+                let hit = if slot == MISS {
+                    Hit::NONE
+                } else if certain >> lane & 1 != 0 {
+                    let id = tree.file_id(slot);
+                    Hit { id, t: t[lane] }
+                } else {
+                    hit(tree, ray(at + lane), slot)
+                };
+                tell(at + lane, hit);
+            }
+        }
+    }
+
     /// The distances of the rays from number `at` on, as many as there are lanes, and which of them are certain, as
     /// bits. Means something where a ray hits.
     #[inline(always)]
-    pub fn distances<S: Lanes>(&self, simd: S, tree: &RayTree, at: usize) -> ([f32; 16], u32) {
+    fn distances<S: Lanes>(&self, simd: S, tree: &RayTree, at: usize) -> ([f32; 16], u32) {
         let slots = &self.slot[at..at + lanes::<S>()];
         let first = slots[0];
         let same = bits::<S>(S::u32s::from_slice(simd, slots).simd_eq(first)) == all::<S>();
@@ -66,6 +96,68 @@ impl HitRows<'_> {
         let mut distances = [0.0; 16];
         t.store_slice(&mut distances[..lanes::<S>()]);
         (distances, certain)
+    }
+}
+
+/// Room for up to [`MOST`] rays of a stream and the triangles that they hit.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct HitRoom {
+    origin: [Row; 3],
+    dir: [Row; 3],
+    slot: [u32; MOST],
+}
+
+impl Default for HitRoom {
+    fn default() -> HitRoom {
+        HitRoom {
+            origin: [[0.0; MOST]; 3],
+            dir: [[0.0; MOST]; 3],
+            slot: [MISS; MOST],
+        }
+    }
+}
+
+impl HitRoom {
+    /// Tells what the rays `which`, at most [`MOST`], hit: they are numbers of `rays` as they came and as they are
+    /// `ready`.
+    #[inline(always)]
+    pub fn each_hit<S: Lanes>(
+        &mut self,
+        simd: S,
+        tree: &RayTree,
+        which: &[u16],
+        ready: &[Ready],
+        rays: &[Ray],
+        mut tell: impl FnMut(usize, Hit),
+    ) {
+        self.slot = [MISS; MOST];
+        for (at, &i) in which.iter().enumerate() {
+            let (ray, slot) = (&rays[usize::from(i)], ready[usize::from(i)].nearest.slot);
+            tree.prefetch_slot(slot);
+            let at = at % MOST;
+            for k in 0..3 {
+                self.origin[k][at] = ray.origin[k];
+                self.dir[k][at] = ray.dir[k];
+            }
+            self.slot[at] = slot;
+        }
+        let [ox, oy, oz] = &self.origin;
+        let [x, y, z] = &self.dir;
+        let rows = HitRows {
+            origin: [ox, oy, oz],
+            dir: [x, y, z],
+            slot: &self.slot,
+        };
+        rows.each_hit(
+            simd,
+            tree,
+            which.len(),
+            #[inline(always)]
+            |at| &rays[usize::from(which[at])],
+            #[inline(always)]
+            |at, hit| tell(usize::from(which[at]), hit),
+        );
     }
 }
 
@@ -106,19 +198,19 @@ fn of_one<S: Lanes>(
     origin: &Points<S>,
     dir: &Points<S>,
 ) -> (S::f32s, u32) {
-    let corners = tree.corners(slot);
-    let [a, b, c] = corners;
+    let [a, b, c] = tree.corners(slot);
     let flat = a.cmpeq(b) & b.cmpeq(c);
-    let corners = corners.map(
-        #[inline(always)]
-        |p| {
+    // No closure for each of the three: it may not be inlined.
+    macro_rules! splat {
+        ($p:expr) => {
             [
-                S::f32s::splat(simd, p.x),
-                S::f32s::splat(simd, p.y),
-                S::f32s::splat(simd, p.z),
+                S::f32s::splat(simd, $p.x),
+                S::f32s::splat(simd, $p.y),
+                S::f32s::splat(simd, $p.z),
             ]
-        },
-    );
+        };
+    }
+    let corners = [splat!(a), splat!(b), splat!(c)];
     if flat.any() {
         let across = flat.bitmask().trailing_zeros() as usize % 3;
         let t = (corners[0][across] - origin[across]) / dir[across];

@@ -94,7 +94,7 @@ impl Ready {
         // 0, 1 or 2 without a branch.
         let (x, y) = (d[0].abs() == longest, d[1].abs() == longest);
         let z = (1 - usize::from(x)) * (2 - usize::from(y));
-        let [ax, ay, az] = AXES[z % 3];
+        let [ax, ay, az] = AXES[z];
         let shear = d.map(|x| x / -d[az]);
         Ready {
             inverse,

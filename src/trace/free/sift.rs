@@ -68,7 +68,7 @@ impl Beam {
         }
         macro_rules! row {
             ($corner:expr, $axis:expr) => {
-                f32x8::load_array_ref(simd, &block.corners[$corner][$axis % 3])
+                f32x8::load_array_ref(simd, &block.corners[$corner][$axis])
             };
         }
         let [ax, ay, az] = self.axes;

@@ -36,6 +36,33 @@ impl Sides {
     }
 }
 
+/// The boxes of a node's children: their near and far sides along each axis. Loaded before rays visit the node, since
+/// no compiler can know that what is written meanwhile is not the node.
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes<S: Lanes> {
+    near: [f32x8<S>; 3],
+    far: [f32x8<S>; 3],
+}
+
+impl<S: Lanes> Boxes<S> {
+    #[inline(always)]
+    pub fn new(simd: S, node: &RayNode, sides: &Sides) -> Boxes<S> {
+        macro_rules! rows {
+            ($of:expr) => {
+                [
+                    f32x8::load_array_ref(simd, &node.bounds[$of[0]]),
+                    f32x8::load_array_ref(simd, &node.bounds[$of[1]]),
+                    f32x8::load_array_ref(simd, &node.bounds[$of[2]]),
+                ]
+            };
+        }
+        Boxes {
+            near: rows!(sides.near),
+            far: rows!(sides.far),
+        }
+    }
+}
+
 impl<S: Lanes> Slabs<S> {
     #[inline(always)]
     pub fn new(simd: S, ray: &Ready) -> Slabs<S> {
@@ -57,14 +84,12 @@ impl<S: Lanes> Slabs<S> {
 
     /// Where the ray enters each child's box, and which of them it meets not beyond `far`.
     #[inline(always)]
-    pub fn meet(&self, simd: S, node: &RayNode, sides: &Sides, far: f32) -> (f32x8<S>, u32) {
+    pub fn meet(&self, simd: S, boxes: &Boxes<S>, far: f32) -> (f32x8<S>, u32) {
         let mut enter = f32x8::splat(simd, 0.0);
         let mut leave = f32x8::splat(simd, far);
         for k in 0..3 {
-            let near = f32x8::load_array_ref(simd, &node.bounds[sides.near[k] % 6]);
-            let far = f32x8::load_array_ref(simd, &node.bounds[sides.far[k] % 6]);
-            enter = enter.max(self.inverse[k].mul_add(near, self.near_offset[k]));
-            leave = leave.min(self.inverse[k].mul_add(far, self.far_offset[k]));
+            enter = enter.max(self.inverse[k].mul_add(boxes.near[k], self.near_offset[k]));
+            leave = leave.min(self.inverse[k].mul_add(boxes.far[k], self.far_offset[k]));
         }
         (enter, enter.simd_le(leave).to_bitmask() as u32)
     }
@@ -178,7 +203,8 @@ impl Walker {
         } else {
             let node = &tree.nodes[self.child.index()];
             let slabs = Slabs::new(simd, me);
-            let (enter, mut met) = slabs.meet(simd, node, sides, me.nearest.high);
+            let (enter, mut met) =
+                slabs.meet(simd, &Boxes::new(simd, node, sides), me.nearest.high);
             if met != 0 {
                 let mut near = [0.0; 8];
                 enter.store_array(&mut near);
@@ -209,8 +235,9 @@ fn distance(tree: &RayTree, ray: &Ray, slot: u32) -> f32 {
     Meeting::new(&rule::relative(&tree.corners(slot), ray.origin)).distance(ray)
 }
 
-/// What became of a ray that hits the triangle in `slot`.
-#[inline(always)]
+/// What became of a ray that hits the triangle in `slot`: for the few that lanes are not certain of.
+#[cold]
+#[inline(never)]
 pub fn hit(tree: &RayTree, ray: &Ray, slot: u32) -> Hit {
     Hit {
         id: tree.file_id(slot),

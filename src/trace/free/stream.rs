@@ -8,9 +8,11 @@
 //! tracing via stream filtering", 2008; Barringer, Akenine-Möller, "Dynamic ray stream traversal", 2014.
 
 use super::Ray;
+use super::distances::HitRoom;
 use super::ready::{Extent, Ready};
-use super::single::{self, Sides, Slabs, Walker};
+use super::single::{Boxes, Sides, Slabs, Walker};
 use super::tree::RayTree;
+use super::window::MOST;
 use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
 use crate::simd::{Lanes, SimdBase, SimdMask, u16x8};
@@ -24,8 +26,6 @@ const BYTES_A_RAY: usize = 32;
 
 /// Rays that go on alone when no more are left; the second number is for trees that are far away.
 const FEW: [usize; 2] = [3, 6];
-/// Rays whose triangles are asked for ahead of their use.
-const AHEAD: usize = 8;
 
 /// Rays that go alone in turn.
 const WALKERS: usize = 16;
@@ -45,6 +45,7 @@ pub struct Room {
     /// Of each ray on a list, the children that it meets.
     met: Vec<u16>,
     visits: Vec<Visit>,
+    found: Box<HitRoom>,
     walkers: Vec<Walker>,
 }
 
@@ -85,11 +86,16 @@ impl Room {
                 self.met[found] = i as u16;
                 found += usize::from(ready.nearest.slot != MISS);
             }
-            for (k, &i) in self.met[..found].iter().enumerate() {
-                let later = self.met[(k + AHEAD).min(found - 1)];
-                tree.prefetch_slot(self.ready[usize::from(later)].nearest.slot);
-                let i = usize::from(i);
-                hits[numbers[i] as usize] = single::hit(tree, &rays[i], self.ready[i].nearest.slot);
+            for found in self.met[..found].chunks(MOST) {
+                self.found.each_hit(
+                    simd,
+                    tree,
+                    found,
+                    &self.ready,
+                    rays,
+                    #[inline(always)]
+                    |i, hit| hits[numbers[i] as usize] = hit,
+                );
             }
         }
     }
@@ -189,10 +195,11 @@ impl Room {
     ) {
         let node = &tree.nodes[visit.child.index()];
         let (start, count) = (visit.start as usize, visit.count as usize);
+        let boxes = Boxes::new(simd, node, sides);
         let mut any = 0;
         for (met, &i) in self.met.iter_mut().zip(&self.lists[start..start + count]) {
             let me = &self.ready[usize::from(i)];
-            let (_, of_me) = Slabs::new(simd, me).meet(simd, node, sides, me.nearest.high);
+            let (_, of_me) = Slabs::new(simd, me).meet(simd, &boxes, me.nearest.high);
             *met = of_me as u16;
             any |= of_me;
         }

@@ -19,7 +19,7 @@ pub fn main_axes(dir: Vec3) -> ([usize; 3], f32) {
     let size = dir.abs();
     let longest = largest_of(size);
     let z = (1 - usize::from(size.x == longest)) * (2 - usize::from(size.y == longest));
-    (AXES[z % 3], if dir[z % 3] < 0.0 { -1.0 } else { 1.0 })
+    (AXES[z], if dir[z] < 0.0 { -1.0 } else { 1.0 })
 }
 
 /// Up to 64 rays that follow each other.

@@ -191,8 +191,11 @@ fn a_load_that_is_cancelled_at_any_stage_ends_there() {
         |told| matches!(told, Told::At(Stage::Building(_, 1..))),
     ];
     let file = tempfile::NamedTempFile::new().expect("a file");
-    let triangle = "0 0 0 1 0 0 0 1 0 1 2 3\n";
-    let scene = format!("<d 0 0 -1 90000\n{}", triangle.repeat(90_000));
+    let mut scene = String::from("<d 0 0 -1 90000\n");
+    for i in 0..90_000 {
+        let (x, y) = (i % 300, i / 300);
+        scene += &format!("{x} {y} 0 {x}.5 {y} 0 {x} {y}.5 0 1 2 3\n");
+    }
     fs::write(file.path(), scene).expect("written");
     for (stage, is_at) in is_at.into_iter().enumerate() {
         for threads in [1, 2] {

@@ -31,4 +31,5 @@ pub mod shade;
 pub mod simd;
 pub mod timeline;
 pub mod trace;
+pub mod watch;
 pub mod world;

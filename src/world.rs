@@ -10,10 +10,11 @@ use glam::{DVec3, Vec3};
 use crate::bvh::{Bvh, BvhStats, Quality};
 use crate::geometry::{Aabb, corner_lanes, unit_normal};
 use crate::raw::Pages;
-use crate::scene::{Scene, Triangle, Watch};
+use crate::scene::{Scene, Triangle};
 use crate::simd::{
     Kernel, Simd, SimdBase, SimdNarrow, SimdSplit, SimdWiden, dispatch, f32x8, f64x4, transpose4,
 };
+use crate::watch::{Cancelled, Watch};
 
 /// What shading needs of a triangle, 16 bytes: the light's direction mirrored at its plane (x, y, z), and the bits
 /// of its colour `0x00RRGGBB`.
@@ -49,30 +50,35 @@ impl World {
     /// [`World::compile`] or [`World::compile_coarse`].
     #[must_use]
     pub fn with_quality(scene: &Scene, quality: Quality) -> World {
-        World::with_quality_watched(scene, quality, &|_, _| ())
+        World::with_quality_watched(scene, quality, Watch::NOBODY).expect("nobody cancels")
     }
 
-    /// [`World::with_quality`], which tells now and then how many triangles are in their place, and how many there
-    /// are: from any thread, and the numbers of different threads in any order. The last one may not come, and before
-    /// the first one the triangles are sorted.
-    #[must_use]
-    pub fn with_quality_watched(scene: &Scene, quality: Quality, watch: &Watch<'_>) -> World {
+    /// [`World::with_quality`], which tells `watch` now and then how many triangles are in their place, and how many
+    /// there are. The last one may not come, and before the first one the triangles are sorted.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `watch` says so.
+    pub fn with_quality_watched(
+        scene: &Scene,
+        quality: Quality,
+        watch: Watch<'_>,
+    ) -> Result<World, Cancelled> {
         let light = unit(scene.light.as_dvec3());
         let kernel = Kernel::best();
         let placed = AtomicUsize::new(0);
         let records = |ids: &[u32], out: &mut Pages<MirrorRecord>| {
             dispatch!(kernel, simd => mirror_records(simd, light, &scene.triangles, ids, out));
             let before = placed.fetch_add(ids.len(), Ordering::Relaxed);
-            watch(before + ids.len(), scene.triangles.len());
+            watch.tell(before + ids.len(), scene.triangles.len());
         };
-        let (bvh, mirror_records) = Bvh::build_with(&scene.triangles, quality, &records);
+        let (bvh, mirror_records) = Bvh::build_with(&scene.triangles, quality, &records, watch)?;
         let triangle_count = scene.triangles.len();
         let bounds = if bvh.file_ids.len() + bvh.copies == triangle_count {
             bvh.bounds
         } else {
             Aabb::of_triangles(&scene.triangles)
         };
-        World {
+        Ok(World {
             bvh,
             bounds,
             triangle_count,
@@ -80,7 +86,7 @@ impl World {
             mirror_records,
             corners: OnceLock::new(),
             normals: OnceLock::new(),
-        }
+        })
     }
 
     /// The tree.
@@ -240,8 +246,9 @@ mod tests {
         }));
         for quality in [Quality::Coarse, Quality::Fine] {
             let told = Mutex::new(Vec::new());
-            let watch = |done, of| told.lock().expect("no panic").push((done, of));
-            let world = World::with_quality_watched(&scene, quality, &watch);
+            let tell = |done, of| told.lock().expect("no panic").push((done, of));
+            let world = World::with_quality_watched(&scene, quality, Watch::of(&tell));
+            let world = world.expect("nobody cancels");
             let mut told = told.into_inner().expect("no panic");
             told.sort_unstable();
             assert!(told.len() > 2, "{told:?}");

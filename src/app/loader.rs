@@ -1,9 +1,10 @@
 //! Reads, parses and compiles scenes on threads of its own, while the window goes on.
 //!
-//! One load at a time: the next one makes the one before void. A load that is cancelled ends at its next stage, and
-//! what it still says is known by its number and not listened to. A large scene comes twice: with a coarse tree, so
-//! that a picture stands as soon as may be, and then with the better one, which is built meanwhile. Whoever listens
-//! swaps them between two pictures, which are the same to the bit.
+//! One load at a time: the next one makes the one before void. A load that is cancelled ends as soon as it asks, in
+//! the midst of parsing or building, and what it still says is known by its number and not listened to. A large scene
+//! comes twice: with a coarse tree, so that a picture stands as soon as may be, and then with the better one, which is
+//! built meanwhile, until another scene is there to be shown. Whoever listens swaps them between two pictures, which
+//! are the same to the bit.
 
 use std::fmt;
 use std::fs;
@@ -20,6 +21,7 @@ use crate::camera::Camera;
 use crate::demo::{self, Demo};
 use crate::geometry::Aabb;
 use crate::scene::{self, CameraSetting, Operation, ParseErrors, Scene};
+use crate::watch::{Cancelled, Watch};
 use crate::world::World;
 
 /// Where the text of a scene begins, read ahead to learn its camera.
@@ -143,6 +145,29 @@ pub enum Told {
     Better(Arc<World>),
 }
 
+/// Why a load has come to its end without a scene.
+#[derive(Debug)]
+enum End {
+    /// The text is the known one.
+    Known,
+    /// Nobody waits for the scene any more.
+    Cancelled,
+    /// There is none.
+    Failed(LoadError),
+}
+
+impl From<LoadError> for End {
+    fn from(error: LoadError) -> End {
+        End::Failed(error)
+    }
+}
+
+impl From<Cancelled> for End {
+    fn from(_: Cancelled) -> End {
+        End::Cancelled
+    }
+}
+
 /// Tells each percentage once, whichever threads come with it in whichever order.
 #[derive(Default)]
 struct Percent(AtomicU8);
@@ -185,45 +210,53 @@ impl Source {
     /// # Errors
     /// When it cannot be read, or is none.
     pub fn scene(&self) -> Result<Scene, LoadError> {
-        let parsed = self.parse(None, &|_| ())?;
-        Ok(parsed.expect("no text is known"))
+        match self.parse(None, &|_| (), &AtomicBool::new(false)) {
+            Ok(scene) => Ok(scene),
+            Err(End::Failed(error)) => Err(error),
+            Err(End::Known | End::Cancelled) => unreachable!("no text is known, nobody cancels"),
+        }
     }
 
-    /// The scene; `None` when its text is the `known` one.
+    /// The scene, unless its text is the `known` one.
     fn parse(
         &self,
         known: Option<&[u8]>,
         at: &(impl Fn(Stage) + Sync),
-    ) -> Result<Option<Scene>, LoadError> {
+        cancelled: &AtomicBool,
+    ) -> Result<Scene, End> {
         let text = match self {
             Source::Demo(demo) => {
                 at(Stage::Making);
-                return Ok(Some(demo.scene()));
+                return Ok(demo.scene());
             }
             Source::Text { text, .. } => Arc::clone(text),
             Source::File(path) => {
                 at(Stage::Reading(None));
-                let why = |why| format!("cannot read {}: {why}", path.display());
-                let text = read(path, at).map_err(|e| LoadError::Unreadable(why(e)))?;
-                Arc::new(text)
+                let unreadable =
+                    |why| LoadError::Unreadable(format!("cannot read {}: {why}", path.display()));
+                // A pipe has no length; a file may grow.
+                let tell = |done: usize, of: usize| {
+                    let percent = (done as u64 * 100).checked_div(of as u64);
+                    at(Stage::Reading(percent.map(|p| p.min(100) as u8)));
+                };
+                let text = read(path, Watch::with_cancel(&tell, cancelled))?;
+                Arc::new(text.map_err(unreadable)?)
             }
         };
         if known == Some(&text[..]) {
-            return Ok(None);
+            return Err(End::Known);
         }
         let bytes = text.len();
         at(Stage::Parsing(bytes, 0));
         let percent = Percent::default();
-        let watch = |done: usize, of: usize| {
+        let tell = |done: usize, of: usize| {
             if let Some(percent) = percent.news(done, of) {
                 at(Stage::Parsing(bytes, percent));
             }
         };
+        let parsed = scene::parse_watched(&text, Watch::with_cancel(&tell, cancelled))?;
         let name = self.name();
-        let parsed = scene::parse_watched(&text, &watch);
-        parsed
-            .map(Some)
-            .map_err(|errors| LoadError::Bad { name, text, errors })
+        Ok(parsed.map_err(|errors| LoadError::Bad { name, text, errors })?)
     }
 }
 
@@ -232,30 +265,33 @@ impl Source {
 /// # Errors
 /// Why not, in words.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    read(path, &|_| ())
+    read(path, Watch::NOBODY).expect("nobody cancels")
 }
 
-/// The same, telling how far it is.
-fn read(path: &Path, at: &impl Fn(Stage)) -> Result<Vec<u8>, String> {
+/// The same, telling how many bytes of how many are there. Inside: why not, in words.
+fn read(path: &Path, watch: Watch<'_>) -> Result<Result<Vec<u8>, String>, Cancelled> {
     let length = match fs::metadata(path) {
-        Ok(m) if m.is_dir() => return Err("it is a folder".to_owned()),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Err("no such file".to_owned()),
-        Ok(m) => m.len(),
-        Err(e) => return Err(e.to_string()),
+        Ok(m) if m.is_dir() => return Ok(Err("it is a folder".to_owned())),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Err("no such file".to_owned())),
+        Ok(m) => usize::try_from(m.len()).unwrap_or(usize::MAX),
+        Err(e) => return Ok(Err(e.to_string())),
     };
     let mut text = Vec::new();
-    let mut read_all = || -> io::Result<()> {
+    let mut read_all = || -> io::Result<Result<(), Cancelled>> {
         let mut file = fs::File::open(path)?;
-        text.try_reserve(usize::try_from(length).unwrap_or(usize::MAX))?;
+        text.try_reserve(length)?;
         while file.by_ref().take(READ_BYTES).read_to_end(&mut text)? > 0 {
-            // A pipe has no length; a file may grow.
-            let percent = (text.len() as u64 * 100).checked_div(length);
-            at(Stage::Reading(percent.map(|p| p.min(100) as u8)));
+            watch.tell(text.len(), length);
+            if let Err(cancelled) = watch.check() {
+                return Ok(Err(cancelled));
+            }
         }
-        Ok(())
+        Ok(Ok(()))
     };
-    read_all().map_err(|e| e.to_string())?;
-    Ok(text)
+    match read_all() {
+        Ok(end) => end.map(|()| Ok(text)),
+        Err(e) => Ok(Err(e.to_string())),
+    }
 }
 
 /// The first bytes of an ordinary file; a pipe can be read only once.
@@ -285,12 +321,29 @@ fn camera_in(head: &str) -> Option<Camera> {
     })
 }
 
-/// Loads scenes, one at a time.
+/// A load that was started: what it tells bears the number.
+#[derive(Debug, Default)]
+struct Ticket {
+    number: u64,
+    cancelled: Arc<AtomicBool>,
+}
+
+impl Drop for Ticket {
+    /// Nobody waits for it any more.
+    fn drop(&mut self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Loads scenes, one at a time. What it does ends with it.
 #[derive(Debug)]
 pub struct Loader {
     threads: usize,
-    newest: u64,
-    cancelled: Arc<AtomicBool>,
+    /// Loads that were started.
+    count: u64,
+    loading: Option<Ticket>,
+    /// The load whose scene is shown: a better tree of it may follow.
+    shown: Option<Ticket>,
 }
 
 impl Loader {
@@ -299,13 +352,14 @@ impl Loader {
     pub fn new(threads: usize) -> Loader {
         Loader {
             threads,
-            newest: 0,
-            cancelled: Arc::default(),
+            count: 0,
+            loading: None,
+            shown: None,
         }
     }
 
-    /// Loads `source`, instead of whatever is being loaded, unless its text is the `known` one. `tell` is called with the number of this load, which
-    /// [`Loader::is_newest`] knows, on another thread.
+    /// Loads `source`, instead of whatever is being loaded, unless its text is the `known` one. `tell` is called with
+    /// the number of this load, which [`Loader::is_wanted`] knows, on another thread.
     ///
     /// # Errors
     /// When the system gives no thread.
@@ -315,17 +369,24 @@ impl Loader {
         known: Option<Arc<Vec<u8>>>,
         tell: impl Fn(u64, Told) + Send + Sync + 'static,
     ) -> io::Result<()> {
-        self.cancel();
-        let (number, threads) = (self.newest, self.threads);
-        let cancelled = Arc::clone(&self.cancelled);
+        self.count += 1;
+        let (number, threads) = (self.count, self.threads);
+        let cancelled = Arc::default();
+        self.loading = Some(Ticket {
+            number,
+            cancelled: Arc::clone(&cancelled),
+        });
         let work = move || {
             let tell = |told| tell(number, told);
             let known = known.as_ref().map(|text| &text[..]);
             let ended = catch_unwind(AssertUnwindSafe(|| {
-                load(&source, known, threads, &cancelled, &tell);
+                load(&source, known, threads, &cancelled, &tell)
             }));
-            if let Err(panic) = ended {
-                tell(Told::Done(Err(LoadError::Broken(message_of(&*panic)))));
+            match ended {
+                Ok(Ok(()) | Err(End::Cancelled)) => {}
+                Ok(Err(End::Known)) => tell(Told::Known),
+                Ok(Err(End::Failed(error))) => tell(Told::Done(Err(error))),
+                Err(panic) => tell(Told::Done(Err(LoadError::Broken(message_of(&*panic))))),
             }
         };
         thread::Builder::new()
@@ -336,15 +397,19 @@ impl Loader {
 
     /// What is being loaded is no longer wanted.
     pub fn cancel(&mut self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-        self.cancelled = Arc::default();
-        self.newest += 1;
+        self.loading = None;
     }
 
-    /// True for the number of the load that was started last and not cancelled.
+    /// The scene that is being loaded has come and is shown: no better tree of the one before is wanted.
+    pub fn show(&mut self) {
+        self.shown = self.loading.take();
+    }
+
+    /// True for the number of the load under way, and of the one whose scene is shown.
     #[must_use]
-    pub fn is_newest(&self, number: u64) -> bool {
-        number == self.newest
+    pub fn is_wanted(&self, number: u64) -> bool {
+        let tickets = self.loading.iter().chain(&self.shown);
+        tickets.into_iter().any(|ticket| ticket.number == number)
     }
 }
 
@@ -355,22 +420,11 @@ fn load(
     threads: usize,
     cancelled: &AtomicBool,
     tell: &(impl Fn(Told) + Sync),
-) {
-    let is_cancelled = || cancelled.load(Ordering::Relaxed);
+) -> Result<(), End> {
     // Threads of its own: those that render have pictures to make meanwhile.
-    let pool = match pool(threads) {
-        Ok(pool) => pool,
-        Err(e) => return tell(Told::Done(Err(e))),
-    };
+    let pool = pool(threads)?;
     let at = |stage| tell(Told::At(stage));
-    let scene = match pool.install(|| source.parse(known, &at)) {
-        Ok(Some(scene)) => scene,
-        Ok(None) => return tell(Told::Known),
-        Err(e) => return tell(Told::Done(Err(e))),
-    };
-    if is_cancelled() {
-        return;
-    }
+    let scene = pool.install(|| source.parse(known, &at, cancelled))?;
     let is_coarse = scene.triangles.len() >= LARGE;
     let quality = match is_coarse {
         true => Quality::Coarse,
@@ -379,13 +433,14 @@ fn load(
     let count = scene.triangles.len();
     at(Stage::Building(count, 0));
     let percent = Percent::default();
-    let watch = |done: usize, of: usize| {
+    let percent_built = |done: usize, of: usize| {
         if let Some(percent) = percent.news(done, of) {
             at(Stage::Building(count, percent));
         }
     };
-    let build = || World::with_quality_watched(&scene, quality, &watch);
-    let world = Arc::new(pool.install(build));
+    let watch = Watch::with_cancel(&percent_built, cancelled);
+    let world = pool.install(|| World::with_quality_watched(&scene, quality, watch))?;
+    let world = Arc::new(world);
     let bounds = world.bounds();
     tell(Told::Done(Ok(Box::new(Loaded {
         camera: scene.camera,
@@ -395,8 +450,8 @@ fn load(
         world,
         is_coarse,
     }))));
-    if !is_coarse || is_cancelled() {
-        return;
+    if !is_coarse {
+        return Ok(());
     }
     // The hand has begun to turn the scene: half of the threads, and those only when nobody else wants the cores.
     let half = pool.current_num_threads().div_ceil(2);
@@ -406,17 +461,18 @@ fn load(
         .start_handler(|_| step_back())
         .build();
     let percent = Percent::default();
-    let watch = |done: usize, of: usize| {
+    let percent_built = |done: usize, of: usize| {
         if let Some(percent) = percent.news(done, of) {
             tell(Told::Improving(percent));
         }
     };
-    let build = || World::with_quality_watched(&scene, Quality::Fine, &watch);
-    let better = pool.map(|pool| pool.install(build));
+    let watch = Watch::with_cancel(&percent_built, cancelled);
     // Without threads the coarse tree stays: it shows the same.
-    if let Ok(world) = better {
-        tell(Told::Better(Arc::new(world)));
+    if let Ok(pool) = pool {
+        let better = pool.install(|| World::with_quality_watched(&scene, Quality::Fine, watch))?;
+        tell(Told::Better(Arc::new(better)));
     }
+    Ok(())
 }
 
 /// The calling thread leaves the cores to others that want them, where the system knows that of single threads.

@@ -55,6 +55,13 @@ struct Loading {
     since: Instant,
 }
 
+/// What was known of the scene on screen when another one was asked for.
+struct Before {
+    source: Source,
+    written: Option<Arc<Vec<u8>>>,
+    stamp: Option<Stamp>,
+}
+
 /// The open scene.
 pub struct Opener {
     source: Source,
@@ -64,6 +71,8 @@ pub struct Opener {
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
+    /// While `source` has not been shown: the one before, which has.
+    before: Option<Before>,
     /// So many percent are there of a better tree of it.
     improving: Option<u8>,
     error: Option<Vec<Line>>,
@@ -95,6 +104,7 @@ impl Opener {
             loading: None,
             is_shown: false,
             has_any: false,
+            before: None,
             improving: None,
             error: None,
             reload_at: None,
@@ -150,10 +160,17 @@ impl Opener {
     /// # Errors
     /// When the system gives no thread.
     pub fn open(&mut self, source: Source) -> Result<(), LoadError> {
-        self.source = source;
-        self.is_shown = false;
+        let source = std::mem::replace(&mut self.source, source);
+        let written = self.written.take();
+        if std::mem::take(&mut self.is_shown) {
+            let stamp = self.stamp;
+            self.before = Some(Before {
+                source,
+                written,
+                stamp,
+            });
+        }
         self.error = None;
-        self.written = None;
         self.watch();
         self.load()
     }
@@ -212,8 +229,6 @@ impl Opener {
     fn load(&mut self) -> Result<(), LoadError> {
         self.reload_at = None;
         self.next_stamp = Stamp::of(&self.source);
-        // The load that would bring a better tree is void.
-        self.improving = None;
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
@@ -226,19 +241,38 @@ impl Opener {
         Ok(())
     }
 
-    /// Gives up the load under way; false when there is none, or nothing else to show.
+    /// Gives up the load under way, and goes on with the scene on screen; false when there is none of both.
     pub fn cancel(&mut self) -> bool {
         if self.loading.is_none() || !self.has_any {
             return false;
         }
         self.loader.cancel();
         self.loading = None;
+        self.go_back();
         true
     }
 
-    /// Takes the error from the screen that is there; false when there is none.
+    /// Takes the error from the screen that is there, and goes on with the scene under it; false when there is none.
     pub fn dismiss(&mut self) -> bool {
-        self.error.take().is_some()
+        let is_there = self.error.take().is_some();
+        if is_there {
+            self.go_back();
+        }
+        is_there
+    }
+
+    /// The scene on screen is the one of interest again, if another one was asked for.
+    fn go_back(&mut self) {
+        let Some(before) = self.before.take() else {
+            return;
+        };
+        self.source = before.source;
+        self.written = before.written;
+        self.stamp = before.stamp;
+        self.is_shown = true;
+        self.watch();
+        let was_saved = Stamp::of(&self.source) != self.stamp;
+        self.reload_at = was_saved.then(Instant::now);
     }
 
     /// Takes in what another thread tells.
@@ -248,7 +282,7 @@ impl Opener {
                 self.reload_at = Some(now + SETTLE);
                 None
             }
-            Heard::Load(number, _) if !self.loader.is_newest(number) => None,
+            Heard::Load(number, _) if !self.loader.is_wanted(number) => None,
             Heard::Load(_, Told::At(stage)) => {
                 if let Some(loading) = &mut self.loading {
                     loading.stage = stage;
@@ -279,10 +313,12 @@ impl Opener {
     fn done(&mut self, done: Result<Box<Loaded>, LoadError>) -> Outcome {
         match done {
             Ok(loaded) => {
+                self.loader.show();
                 self.error = None;
                 self.written = None;
                 self.stamp = self.next_stamp;
                 self.has_any = true;
+                self.before = None;
                 self.improving = loaded.is_coarse.then_some(0);
                 let again = std::mem::replace(&mut self.is_shown, true);
                 Outcome::Show { loaded, again }

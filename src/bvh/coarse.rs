@@ -13,6 +13,7 @@ use super::{Bvh, PartRecords, prefetch_triangle};
 use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
+use crate::watch::{Cancelled, Watch};
 
 /// Parts of at most this many triangles are written by one thread.
 const PART: usize = 1 << 10;
@@ -23,15 +24,18 @@ pub(super) fn build<R: Copy + Send + Sync>(
     triangles: &[Triangle],
     sorted: Sorted,
     records: &PartRecords<R>,
-) -> (Bvh, Pages<R>) {
+    watch: Watch<'_>,
+) -> Result<(Bvh, Pages<R>), Cancelled> {
     let keys = &sorted.keys[..];
     let kernel = Kernel::best();
     let write = |piece: &mut Piece, parts: &[Range<usize>]| {
         let cells = Cells { triangles, keys };
         for part in parts {
+            watch.check()?;
             let root = dispatch!(kernel, simd => cells.branch(simd, piece, part.clone()));
             piece.finish_part(root);
         }
+        Ok(())
     };
     let top = top(&Sparse::of(keys), 0..keys.len());
     assemble(

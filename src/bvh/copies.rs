@@ -140,7 +140,7 @@ mod tests {
         for (groups, copies) in [(1, 33), (3, 40), (100, 11), (1000, 1), (5, 3000)] {
             let triangles = copied(groups, copies);
             for quality in [Quality::Fine, Quality::Coarse] {
-                let (bvh, _) = Bvh::build_with(&triangles, quality, &|_, _: &mut Pages<()>| {});
+                let bvh = Bvh::with_quality(&triangles, quality);
                 assert_eq!(bvh.validate(&triangles), Ok(()));
                 assert_eq!(bvh.copies, groups * (copies - 1), "{groups} {copies} times");
                 let mut ids = bvh.file_ids.to_vec();

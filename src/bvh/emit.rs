@@ -15,6 +15,7 @@ use crate::geometry::Aabb;
 use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::Simd;
+use crate::watch::Cancelled;
 
 /// Pieces have about so many triangles: what is read and written for them stays in the second-level cache.
 const PIECE: usize = 1 << 10;
@@ -138,7 +139,8 @@ fn set_child(node: &mut Node, slot: usize, branch: &Branch, padding: f32) {
 }
 
 /// Writes the tree of a skeleton, none of whose parts is empty. `size`: triangles of a part; `write` writes some
-/// parts; `records`: see [`Bvh::build_with`]; `room`: memory for them. `bounds`: the box of everything.
+/// parts, or is cancelled; `records`: see [`Bvh::build_with`]; `room`: memory for them. `bounds`: the box of
+/// everything.
 ///
 /// As many pieces as keep the threads busy are written, laid end to end and their memory used again: it is warm, and
 /// the system need not clear it.
@@ -147,10 +149,10 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
     bounds: Aabb,
     top: Top<T>,
     size: impl Fn(&T) -> usize,
-    write: impl Fn(&mut Piece, &[T]) + Sync,
+    write: impl Fn(&mut Piece, &[T]) -> Result<(), Cancelled> + Sync,
     records: &PartRecords<R>,
     room: Pages<R>,
-) -> (Bvh, Pages<R>) {
+) -> Result<(Bvh, Pages<R>), Cancelled> {
     let diagonal = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).length();
     let padding = (diagonal * (1.0 / f64::from(1 << 20))) as f32;
     let mut parts = Vec::new();
@@ -185,7 +187,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
             for parts in groups {
                 let piece = &mut whole.piece;
                 let first = piece.file_ids.len();
-                write(piece, parts);
+                write(piece, parts)?;
                 records(&piece.file_ids[first..], &mut whole.records);
             }
             continue;
@@ -198,10 +200,11 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
         pieces
             .par_iter_mut()
             .zip(groups)
-            .for_each(|((piece, of_piece), parts)| {
-                write(piece, parts);
+            .try_for_each(|((piece, of_piece), parts)| {
+                write(piece, parts)?;
                 records(&piece.file_ids, of_piece);
-            });
+                Ok(())
+            })?;
         whole.append(&mut pieces);
     }
     let Whole { piece, records, .. } = whole;
@@ -223,7 +226,7 @@ pub(super) fn assemble<T: Send + Sync, R: Copy + Send + Sync>(
         bounds,
         copies: 0,
     };
-    (bvh, records)
+    Ok((bvh, records))
 }
 
 /// The tree as far as it is written.

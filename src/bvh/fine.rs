@@ -18,6 +18,7 @@ use super::{Bvh, PartRecords, prefetch_triangle};
 use crate::raw::Pages;
 use crate::scene::Triangle;
 use crate::simd::{Kernel, Simd, dispatch};
+use crate::watch::{Cancelled, Watch};
 
 /// What leaves should be like.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +61,8 @@ pub(super) fn build<R: Copy + Send + Sync>(
     sorted: Sorted,
     shape: LeafShape,
     records: &PartRecords<R>,
-) -> (Bvh, Pages<R>) {
+    watch: Watch<'_>,
+) -> Result<(Bvh, Pages<R>), Cancelled> {
     let bounds = sorted.bounds;
     let size = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).max_element();
     let fine = Fine {
@@ -68,17 +70,20 @@ pub(super) fn build<R: Copy + Send + Sync>(
         shape,
         // Areas of very large or very small scenes would leave the range of f32.
         scale: ((1.0 / size) as f32).min(f32::MAX),
+        watch,
     };
     let kernel = Kernel::best();
-    let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys));
+    let top = dispatch!(kernel, simd => fine.top_of_keys(simd, &sorted.keys))?;
     let room = sorted.spare.reused();
     drop(sorted.keys);
     let write = |piece: &mut Piece, parts: &[Vec<u32>]| {
         let mut rooms = (Vec::new(), Vec::new());
         for part in parts {
+            watch.check()?;
             let root = dispatch!(kernel, simd => fine.part(simd, piece, part, &mut rooms));
             piece.finish_part(root);
         }
+        Ok(())
     };
     assemble(triangles, bounds, top, Vec::len, write, records, room)
 }
@@ -87,6 +92,7 @@ struct Fine<'a> {
     triangles: &'a [Triangle],
     shape: LeafShape,
     scale: f32,
+    watch: Watch<'a>,
 }
 
 /// A set on its way to become a node or leaf.
@@ -162,12 +168,13 @@ impl Fine<'_> {
     }
 
     /// The top over all of `keys`.
-    fn top_of_keys<S: Simd>(&self, simd: S, keys: &[Key]) -> Top<Vec<u32>> {
+    fn top_of_keys<S: Simd>(&self, simd: S, keys: &[Key]) -> Result<Top<Vec<u32>>, Cancelled> {
         if keys.len() <= PART {
             // No clusters: nothing is cut before it is a part.
-            return Top::Part(keys.iter().map(|&key| morton::number(key)).collect());
+            let numbers = keys.iter().map(|&key| morton::number(key)).collect();
+            return Ok(Top::Part(numbers));
         }
-        let mut prims = self.clusters(keys);
+        let mut prims = self.clusters(keys)?;
         let mut spare = vec![Prim::EMPTY; prims.len()];
         let all = self.candidate(Set::new(&mut prims, &mut spare));
         self.top(simd, keys, all, 0)
@@ -175,12 +182,13 @@ impl Fine<'_> {
 
     /// `keys` in clusters: the cells that just hold no more than [`CLUSTER`] triangles. Their number is the place of
     /// their first key.
-    fn clusters(&self, keys: &[Key]) -> Vec<Prim> {
+    fn clusters(&self, keys: &[Key]) -> Result<Vec<Prim>, Cancelled> {
         let mut ranges = Vec::new();
         cells(keys, 0, CLUSTER_RANGE, &mut ranges);
         let clusters: Vec<Vec<Prim>> = ranges
             .into_par_iter()
             .map(|(start, keys)| {
+                self.watch.check()?;
                 let mut clusters = Vec::new();
                 cells(keys, start, CLUSTER, &mut clusters);
                 let cluster = |&(start, keys): &(usize, &[Key])| {
@@ -192,14 +200,20 @@ impl Fine<'_> {
                     }
                     bounds.with(start as u32, keys.len() as u32)
                 };
-                clusters.iter().map(cluster).collect()
+                Ok(clusters.iter().map(cluster).collect())
             })
-            .collect();
-        clusters.concat()
+            .collect::<Result<_, Cancelled>>()?;
+        Ok(clusters.concat())
     }
 
     /// The top over a set of clusters.
-    fn top<S: Simd>(&self, simd: S, keys: &[Key], whole: Candidate, depth: usize) -> Top<Vec<u32>> {
+    fn top<S: Simd>(
+        &self,
+        simd: S,
+        keys: &[Key],
+        whole: Candidate,
+        depth: usize,
+    ) -> Result<Top<Vec<u32>>, Cancelled> {
         if let [cluster] = &*whole.set.prims
             && cluster.weight() as usize > PART
         {
@@ -208,22 +222,32 @@ impl Fine<'_> {
         if whole.set.weight as usize <= PART {
             let clusters = whole.set.prims.iter();
             let keys = clusters.flat_map(|cluster| keys_of(keys, cluster));
-            return Top::Part(keys.map(|&key| morton::number(key)).collect());
+            let numbers = keys.map(|&key| morton::number(key)).collect();
+            return Ok(Top::Part(numbers));
         }
+        self.watch.check()?;
         let parallel = whole.set.weight > PARALLEL;
         let children = self.open::<S, true>(simd, whole, depth);
         let top = |child| self.top(simd, keys, child, depth + 1);
-        Top::Node(if parallel {
+        let children = if parallel {
             let sets: Vec<_> = children.into_sets().collect();
-            sets.into_par_iter().map(top).collect()
+            sets.into_par_iter()
+                .map(top)
+                .collect::<Result<_, Cancelled>>()
         } else {
             children.into_sets().map(top).collect()
-        })
+        };
+        Ok(Top::Node(children?))
     }
 
     /// The top over one cell of the finest grid with many triangles, out of `of_all`: on a finer grid of its own, if
     /// that tells them apart.
-    fn dense<S: Simd>(&self, simd: S, keys: &[Key], of_all: usize) -> Top<Vec<u32>> {
+    fn dense<S: Simd>(
+        &self,
+        simd: S,
+        keys: &[Key],
+        of_all: usize,
+    ) -> Result<Top<Vec<u32>>, Cancelled> {
         if keys.len() < of_all {
             let sorted = morton::sort_again(self.triangles, keys);
             return self.top_of_keys(simd, &sorted.keys);
@@ -236,7 +260,7 @@ impl Fine<'_> {
             .collect();
         sized.sort_unstable_by(|(a, i), (b, j)| b.total_cmp(a).then(i.cmp(j)));
         let numbers: Vec<u32> = sized.into_iter().map(|(_, number)| number).collect();
-        even(&numbers)
+        Ok(even(&numbers))
     }
 
     /// Writes a part; `rooms` are kept from one to the next.

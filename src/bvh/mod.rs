@@ -32,6 +32,7 @@ pub use validate::Invalid;
 use crate::geometry::Aabb;
 use crate::raw::{Pages, prefetch};
 use crate::scene::Triangle;
+use crate::watch::{Cancelled, Watch};
 
 /// How much work goes into a tree. What is hit does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,6 +45,9 @@ pub enum Quality {
 
 /// Appends one record for each of the triangles with these numbers.
 pub type PartRecords<'a, R> = dyn Fn(&[u32], &mut Pages<R>) + Sync + 'a;
+
+/// None.
+const NO_RECORDS: &PartRecords<()> = &|_, _| {};
 
 /// A tree over the triangles that have an area.
 #[derive(Debug)]
@@ -75,7 +79,7 @@ impl Bvh {
     /// Beyond 2³² triangles or 2²⁷ lines of leaves (8 GiB).
     #[must_use]
     pub fn build(triangles: &[Triangle]) -> Bvh {
-        Bvh::build_with(triangles, Quality::Fine, &|_, _: &mut Pages<()>| {}).0
+        Bvh::with_quality(triangles, Quality::Fine)
     }
 
     /// Builds a tree in a fraction of the time, with which frames take longer.
@@ -84,7 +88,13 @@ impl Bvh {
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_coarse(triangles: &[Triangle]) -> Bvh {
-        Bvh::build_with(triangles, Quality::Coarse, &|_, _: &mut Pages<()>| {}).0
+        Bvh::with_quality(triangles, Quality::Coarse)
+    }
+
+    fn with_quality(triangles: &[Triangle], quality: Quality) -> Bvh {
+        Bvh::build_with(triangles, quality, NO_RECORDS, Watch::NOBODY)
+            .expect("nobody cancels")
+            .0
     }
 
     /// Builds a tree for rays that go alone or in small groups: of leaves with at most 8 triangles. Copies stay.
@@ -98,40 +108,46 @@ impl Bvh {
                 triangles,
                 sorted,
                 LeafShape::RAYS,
-                &|_, _: &mut Pages<()>| {},
+                NO_RECORDS,
+                Watch::NOBODY,
             )
         })
+        .expect("nobody cancels")
         .0
     }
 
     /// Builds a tree, and something for every triangle in the order of the leaves: `records` makes it for one part of
     /// them after the other, while their triangles are still in the cache.
     ///
+    /// # Errors
+    /// [`Cancelled`] when `watch` says so; it is not told how far the tree is.
+    ///
     /// # Panics
     /// As [`Bvh::build`].
-    #[must_use]
     pub fn build_with<R: Copy + Send + Sync>(
         triangles: &[Triangle],
         quality: Quality,
         records: &PartRecords<R>,
-    ) -> (Bvh, Pages<R>) {
+        watch: Watch<'_>,
+    ) -> Result<(Bvh, Pages<R>), Cancelled> {
         let mut sorted = morton::sort_all(triangles);
+        watch.check()?;
         let mut copies = 0;
         if sorted.crowded {
             copies = copies::drop_copies(triangles, &mut sorted.keys);
         }
         let (bvh, records) = Bvh::over(sorted, |sorted| match quality {
-            Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records),
-            Quality::Coarse => coarse::build(triangles, sorted, records),
-        });
-        (Bvh { copies, ..bvh }, records)
+            Quality::Fine => fine::build(triangles, sorted, LeafShape::TILES, records, watch),
+            Quality::Coarse => coarse::build(triangles, sorted, records, watch),
+        })?;
+        Ok((Bvh { copies, ..bvh }, records))
     }
 
     /// Hands the triangles to `build`; without any there is nothing to build.
     fn over<R: Copy>(
         sorted: morton::Sorted,
-        build: impl FnOnce(morton::Sorted) -> (Bvh, Pages<R>),
-    ) -> (Bvh, Pages<R>) {
+        build: impl FnOnce(morton::Sorted) -> Result<(Bvh, Pages<R>), Cancelled>,
+    ) -> Result<(Bvh, Pages<R>), Cancelled> {
         if !sorted.keys.is_empty() {
             return build(sorted);
         }
@@ -142,7 +158,7 @@ impl Bvh {
             bounds: Aabb::EMPTY,
             copies: 0,
         };
-        (empty, Pages::new())
+        Ok((empty, Pages::new()))
     }
 
     /// The leaf that starts at line `first`.

@@ -28,6 +28,7 @@ use crate::raw::ticks;
 use crate::render::{Engine, Progress, Renderer, Settings};
 use crate::scene::Scene;
 use crate::timeline::{Timing, camera_at};
+use crate::watch::Watch;
 use crate::world::World;
 
 /// Measures what `args` ask for and prints it.
@@ -231,7 +232,7 @@ impl<'a> Bench<'a> {
 fn parse_file(renderer: &Renderer, path: &Path) -> Result<Scene, Failure> {
     let source = Source::read(path)?;
     // Without a bar: this is measured.
-    renderer.install(|| source.parse(&|_, _| ()))
+    renderer.install(|| source.parse(Watch::NOBODY))
 }
 
 fn quality(args: &BenchArgs) -> Quality {

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::exit::{Failure, Outcome};
 use crate::render::Progress;
-use crate::scene::Watch;
+use crate::watch::Watch;
 
 /// Prints `text` and a newline to the standard output.
 ///
@@ -82,14 +82,14 @@ pub fn with_tile_bar<R>(progress: &Progress, work: impl FnOnce() -> R) -> R {
 
 /// Does `work`, which tells any of its threads' counts of what is done and of all there is; when it takes more than a
 /// moment it gets a bar on a terminal.
-pub fn with_part_bar<R>(what: &str, work: impl FnOnce(&Watch<'_>) -> R) -> R {
+pub fn with_part_bar<R>(what: &str, work: impl FnOnce(Watch<'_>) -> R) -> R {
     let (done, total) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let watch = |now: usize, of: usize| {
+    let tell = |now: usize, of: usize| {
         done.fetch_max(now, Ordering::Relaxed);
         total.store(of, Ordering::Relaxed);
     };
     let counts = || (done.load(Ordering::Relaxed), total.load(Ordering::Relaxed));
-    with_bar(PART, what, counts, || work(&watch))
+    with_bar(PART, what, counts, || work(Watch::of(&tell)))
 }
 
 fn with_bar<R>(

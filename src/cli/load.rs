@@ -13,8 +13,9 @@ use crate::app::read_file;
 use crate::bvh::Quality;
 use crate::camera::{Camera, View};
 use crate::render::{Renderer, Samples, Settings};
-use crate::scene::{self, Scene, Watch};
+use crate::scene::{self, Scene};
 use crate::timeline::{Timing, camera_at};
+use crate::watch::Watch;
 use crate::world::World;
 
 /// The text of a scene file and what to call it.
@@ -58,8 +59,8 @@ impl Source {
     ///
     /// # Errors
     /// The text of all problems found, each with its place.
-    pub fn parse(&self, watch: &Watch<'_>) -> Result<Scene, Failure> {
-        scene::parse_watched(&self.text, watch)
+    pub fn parse(&self, watch: Watch<'_>) -> Result<Scene, Failure> {
+        scene::parse_watched(&self.text, watch)?
             .map_err(|e| Failure::BadScene(e.render(&self.name, &self.text, color())))
     }
 }
@@ -78,6 +79,7 @@ pub fn compile(renderer: &Renderer, scene: &Scene) -> World {
     with_part_bar("building the tree", |watch| {
         renderer.install(|| World::with_quality_watched(scene, Quality::Fine, watch))
     })
+    .expect("nobody cancels")
 }
 
 /// True for `-`.

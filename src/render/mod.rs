@@ -23,6 +23,7 @@ pub use crate::shade::{COST_SCALE, Reflection, ViewMode};
 use crate::simd::Kernel;
 use crate::trace::tile::pixel_offset;
 use crate::trace::{Rig, StageTicks, TILE, Tile, TileSpace, Tracer, brute, probe};
+pub use crate::watch::Cancelled;
 use crate::world::World;
 pub use pick::Picked;
 pub use points::{Point, each_point};
@@ -140,10 +141,6 @@ impl Progress {
         )
     }
 }
-
-/// The picture was not finished because [`Progress::cancel`] was called.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cancelled;
 
 /// What one picture took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -28,7 +28,7 @@ pub use crate::math::Axis;
 pub use error::{Channel, Expected, Found, ParseError, ParseErrorKind, ParseErrors, Point};
 pub use locate::{Location, locate_triangles};
 pub use model::{CameraCorners, CameraSetting, Operation, Scene, Triangle};
-pub use parser::{Watch, parse, parse_watched};
+pub use parser::{parse, parse_watched};
 pub use snippet::{Severity, annotate};
 pub use splice::with_moves;
 pub use writer::{camera_text, operations_text, write};

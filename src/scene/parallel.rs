@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use super::lexer::{Cursor, count_words};
 use super::model::Triangle;
-use super::parser::{NO_TRIANGLE, WORDS_PER_TRIANGLE, Watch, triangle};
+use super::parser::{NO_TRIANGLE, WORDS_PER_TRIANGLE, triangle};
+use crate::watch::{Cancelled, Watch};
 
 /// When and how to read in parallel. Any plan gives the same result.
 #[derive(Clone, Copy, Debug)]
@@ -49,13 +50,13 @@ struct Piece {
     words_before: usize,
 }
 
-/// The next `count` triangles and the cursor behind them; `None` when the text is small, or when anything is
-/// wrong.
+/// The next `count` triangles and the cursor behind them; `None` when the text is small, when anything is
+/// wrong, or when nobody wants them any more.
 pub(super) fn triangles<'t>(
     cursor: Cursor<'t>,
     count: u64,
     plan: Plan,
-    watch: &Watch<'_>,
+    watch: Watch<'_>,
 ) -> Option<(Vec<Triangle>, Cursor<'t>)> {
     let text = cursor.text();
     if !plan.is_worthwhile(text.len() - cursor.offset()) {
@@ -64,8 +65,9 @@ pub(super) fn triangles<'t>(
     let ranges = cut_at_lines(cursor, plan.piece_bytes);
     let counts: Vec<usize> = ranges
         .par_iter()
-        .map(|r| count_words(&text[r.clone()]))
-        .collect();
+        .map(|r| watch.check().map(|()| count_words(&text[r.clone()])))
+        .collect::<Result<_, Cancelled>>()
+        .ok()?;
     let words: usize = counts.iter().sum();
     // From here on the count is more than a claim: so many words are there.
     let count = usize::try_from(count)
@@ -94,9 +96,10 @@ pub(super) fn triangles<'t>(
     let cursors: Vec<Cursor> = jobs
         .into_par_iter()
         .map(|(piece, first, own)| {
+            watch.check().ok()?;
             let read = own.len();
             let cursor = read_piece(text, &piece, first, own)?;
-            watch(done.fetch_add(read, Ordering::Relaxed) + read, count);
+            watch.tell(done.fetch_add(read, Ordering::Relaxed) + read, count);
             Some(cursor)
         })
         .collect::<Option<_>>()?;
@@ -197,14 +200,14 @@ mod tests {
                 piece_bytes: 1 + rng.below(500) as usize,
                 even_alone: true,
             };
-            let expected = parse_with(&text, SEQUENTIAL, &|_, _| ());
+            let expected = parse_with(&text, SEQUENTIAL, Watch::NOBODY).expect("nobody cancels");
             *if expected.is_ok() {
                 &mut good
             } else {
                 &mut bad
             } += 1;
             assert_eq!(
-                parse_with(&text, plan, &|_, _| ()),
+                parse_with(&text, plan, Watch::NOBODY).expect("nobody cancels"),
                 expected,
                 "seed {seed}, {plan:?}"
             );
@@ -228,9 +231,9 @@ mod tests {
                 even_alone: true,
             };
             let told = std::sync::Mutex::new(Vec::new());
-            let watch = |done, of| told.lock().unwrap().push((done, of));
+            let tell = |done, of| told.lock().unwrap().push((done, of));
             let (triangles, end) =
-                triangles(cursor, 40, plan, &watch).expect("nothing is wrong with it");
+                triangles(cursor, 40, plan, Watch::of(&tell)).expect("nothing is wrong with it");
             assert_eq!(triangles.len(), 40);
             assert_eq!(triangles[39].corners[0].x, 39.0);
             assert_eq!(end.peek(), None);
@@ -246,8 +249,8 @@ mod tests {
             piece_bytes: 8,
             even_alone: true,
         };
-        assert!(triangles(cursor, 2, plan, &|_, _| ()).is_none());
-        assert!(triangles(cursor, u64::MAX, plan, &|_, _| ()).is_none());
-        assert!(triangles(cursor, 1, plan, &|_, _| ()).is_some());
+        assert!(triangles(cursor, 2, plan, Watch::NOBODY).is_none());
+        assert!(triangles(cursor, u64::MAX, plan, Watch::NOBODY).is_none());
+        assert!(triangles(cursor, 1, plan, Watch::NOBODY).is_some());
     }
 }

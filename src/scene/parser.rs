@@ -18,6 +18,7 @@ use super::number::{Decimal, Whole, whole};
 use super::parallel::{self, Plan};
 use crate::color::Rgb;
 use crate::math::Axis;
+use crate::watch::{Cancelled, Watch};
 
 /// Words of a triangle: nine coordinates and three colours.
 pub(super) const WORDS_PER_TRIANGLE: usize = 12;
@@ -27,9 +28,6 @@ const MIN_TRIANGLE_BYTES: usize = 24;
 
 /// After so many triangles the one thread that reads a small text tells how far it is.
 const WATCH_EVERY: usize = 1 << 12;
-
-/// Is told how many triangles of how many are done.
-pub type Watch<'a> = dyn Fn(usize, usize) + Sync + 'a;
 
 /// The scene that `text` describes.
 ///
@@ -41,31 +39,39 @@ pub type Watch<'a> = dyn Fn(usize, usize) + Sync + 'a;
 /// At least one and at most [`ParseErrors::MAX`], each with its place. An error at the end of the file is placed
 /// behind its last word or comment.
 pub fn parse(text: &[u8]) -> Result<Scene, ParseErrors> {
-    parse_watched(text, &|_, _| ())
+    parse_with(text, Plan::default(), Watch::NOBODY).expect("nobody cancels")
 }
 
-/// [`parse`], which tells now and then how many triangles it has read, and how many there are to be: from any thread, and
-/// the numbers of different threads in any order.
+/// [`parse`], which tells `watch` now and then how many triangles it has read, and how many there are to be.
 ///
 /// # Errors
-/// Those of [`parse`].
-pub fn parse_watched(text: &[u8], watch: &Watch<'_>) -> Result<Scene, ParseErrors> {
+/// [`Cancelled`] when `watch` says so. Inside of that, what [`parse`] gives.
+pub fn parse_watched(
+    text: &[u8],
+    watch: Watch<'_>,
+) -> Result<Result<Scene, ParseErrors>, Cancelled> {
     parse_with(text, Plan::default(), watch)
 }
 
 /// [`parse_watched`], large texts as `plan` says.
-pub(super) fn parse_with(text: &[u8], plan: Plan, watch: &Watch<'_>) -> Result<Scene, ParseErrors> {
+pub(super) fn parse_with(
+    text: &[u8],
+    plan: Plan,
+    watch: Watch<'_>,
+) -> Result<Result<Scene, ParseErrors>, Cancelled> {
     let mut parser = Parser {
         watch,
         ..Parser::new(text, plan)
     };
-    match parser.scene() {
+    let scene = parser.scene();
+    watch.check()?;
+    Ok(match scene {
         Ok(scene) if parser.faults.is_empty() => Ok(scene),
         _ => Err(parser.into_errors()),
-    }
+    })
 }
 
-/// Reading cannot go on; the reason has been noted.
+/// Reading cannot go on; the reason has been noted, unless it was cancelled.
 #[derive(Debug)]
 pub(super) struct Halt;
 
@@ -82,7 +88,7 @@ pub(super) struct Parser<'t> {
     faults: Vec<Fault>,
     more: bool,
     plan: Plan,
-    watch: &'t Watch<'t>,
+    watch: Watch<'t>,
 }
 
 impl<'t> Parser<'t> {
@@ -92,7 +98,7 @@ impl<'t> Parser<'t> {
             faults: Vec::new(),
             more: false,
             plan,
-            watch: &|_, _| (),
+            watch: Watch::NOBODY,
         }
     }
 
@@ -173,12 +179,13 @@ impl<'t> Parser<'t> {
         let capacity = usize::try_from(count).map_or(possible, |c| c.min(possible));
         let mut triangles = Vec::with_capacity(capacity);
         while (triangles.len() as u64) < count {
+            if triangles.len().is_multiple_of(WATCH_EVERY) {
+                self.watch.check().map_err(|Cancelled| Halt)?;
+                self.watch.tell(triangles.len(), capacity);
+            }
             let start = self.cursor;
             if let Some(triangle) = triangle(&mut self.cursor) {
                 triangles.push(triangle);
-                if triangles.len().is_multiple_of(WATCH_EVERY) {
-                    (self.watch)(triangles.len(), capacity);
-                }
                 continue;
             }
             self.cursor = start;

@@ -37,7 +37,7 @@ fn a_scene_comes_with_its_stages_and_its_world() {
     let stages: Vec<String> = std::iter::from_fn(|| match told.recv() {
         Ok((_, Told::At(stage))) => Some(stage.to_string()),
         Ok((number, Told::Done(Ok(loaded)))) => {
-            assert!(loader.is_newest(number));
+            assert!(loader.is_wanted(number));
             assert_eq!(loaded.operations.len(), 1);
             assert_eq!(loaded.world.triangle_count(), 1);
             None
@@ -99,7 +99,7 @@ fn a_large_scene_comes_with_a_coarse_tree_and_then_with_a_better_one_of_the_same
         percents.len() > 2 && percents.contains(&100),
         "{percents:?}"
     );
-    assert!(loader.is_newest(number) && told.recv().is_err());
+    assert!(loader.is_wanted(number) && told.recv().is_err());
     let cost = |world: &World| world.bvh_stats().sah_cost;
     assert!(cost(&better) < cost(&loaded.world));
     let shown = picture(&loaded.world, loaded.base);
@@ -112,13 +112,12 @@ fn a_large_file_is_read_whole_and_tells_how_far_it_is() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     let bytes: Vec<u8> = (0..40 << 20).map(|i: u32| i as u8).collect();
     fs::write(file.path(), &bytes).expect("written");
-    let stages = std::cell::RefCell::new(Vec::new());
-    let text = read(file.path(), &|stage| stages.borrow_mut().push(stage));
+    let told = std::sync::Mutex::new(Vec::new());
+    let tell = |done: usize, of: usize| told.lock().expect("no panic").push((done >> 20, of >> 20));
+    let text = read(file.path(), Watch::of(&tell)).expect("nobody cancels");
     assert!(text.expect("read") == bytes);
-    let stages = stages.into_inner();
-    let words: Vec<String> = stages.iter().map(Stage::to_string).collect();
-    let expected = [40, 80, 100].map(|percent| format!("reading the file, {percent} %"));
-    assert_eq!(words, expected);
+    let told = told.into_inner().expect("no panic");
+    assert_eq!(told, [(16, 40), (32, 40), (40, 40)]);
 }
 
 #[test]
@@ -127,8 +126,8 @@ fn parsing_tells_each_percentage_once() {
     let scene = format!("<d 0 0 -1 20000\n{}", triangle.repeat(20_000));
     let stages = std::sync::Mutex::new(Vec::new());
     let at = |stage: Stage| stages.lock().expect("no panic").push(stage.to_string());
-    let parsed = text(&scene).parse(None, &at).expect("a scene");
-    assert_eq!(parsed.expect("not known").triangles.len(), 20_000);
+    let parsed = text(&scene).parse(None, &at, &AtomicBool::new(false));
+    assert_eq!(parsed.expect("a scene").triangles.len(), 20_000);
     let stages = stages.into_inner().expect("no panic");
     assert!(stages.len() > 2 && stages.len() <= 101, "{stages:?}");
     assert_eq!(stages[0], "parsing 0.5 MB, 0 %");
@@ -174,12 +173,67 @@ fn only_the_newest_load_counts_and_none_after_a_cancel() {
     let first = start(&mut loader, text(CAMERA));
     let second = start(&mut loader, text(CAMERA));
     let (number, _) = done(&second);
-    assert!(loader.is_newest(number));
+    assert!(loader.is_wanted(number));
     loader.cancel();
-    assert!(!loader.is_newest(number));
+    assert!(!loader.is_wanted(number));
     for (number, _) in first.iter().chain(second.try_iter()) {
-        assert!(!loader.is_newest(number));
+        assert!(!loader.is_wanted(number));
     }
+}
+
+#[test]
+fn a_load_that_is_cancelled_at_any_stage_ends_there() {
+    let is_at: [fn(&Told) -> bool; 5] = [
+        |told| matches!(told, Told::At(Stage::Reading(_))),
+        |told| matches!(told, Told::At(Stage::Parsing(..))),
+        |told| matches!(told, Told::At(Stage::Parsing(_, 1..))),
+        |told| matches!(told, Told::At(Stage::Building(_, 0))),
+        |told| matches!(told, Told::At(Stage::Building(_, 1..))),
+    ];
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let mut scene = String::from("<d 0 0 -1 90000\n");
+    for i in 0..90_000 {
+        let (x, y) = (i % 300, i / 300);
+        scene += &format!("{x} {y} 0 {x}.5 {y} 0 {x} {y}.5 0 1 2 3\n");
+    }
+    fs::write(file.path(), scene).expect("written");
+    for (stage, is_at) in is_at.into_iter().enumerate() {
+        for threads in [1, 2] {
+            let cancelled = AtomicBool::new(false);
+            let told = std::sync::Mutex::new(Vec::new());
+            let tell = |news: Told| {
+                if is_at(&news) {
+                    cancelled.store(true, Ordering::Relaxed);
+                }
+                told.lock().expect("no panic").push(news);
+            };
+            let source = Source::File(file.path().into());
+            let end = load(&source, None, threads, &cancelled, &tell);
+            assert!(matches!(end, Err(End::Cancelled)), "{stage}: {end:?}");
+            let told = told.into_inner().expect("no panic");
+            // What the other thread has begun it may tell.
+            let later = told.iter().skip_while(|news| !is_at(news)).count();
+            assert!((1..=2).contains(&later), "{stage}: {told:?}");
+        }
+    }
+}
+
+#[test]
+fn the_better_tree_of_the_scene_on_screen_is_built_until_another_one_is_shown() {
+    let mut loader = Loader::new(1);
+    let first = start(&mut loader, text(CAMERA));
+    let (first, _) = done(&first);
+    loader.show();
+    let second = start(&mut loader, text(CAMERA));
+    assert!(loader.is_wanted(first));
+    let (second, _) = done(&second);
+    assert!(loader.is_wanted(first) && loader.is_wanted(second));
+    loader.cancel();
+    assert!(loader.is_wanted(first) && !loader.is_wanted(second));
+    let third = start(&mut loader, text(CAMERA));
+    let (third, _) = done(&third);
+    loader.show();
+    assert!(!loader.is_wanted(first) && loader.is_wanted(third));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::canvas::Rect;
 use super::{Canvas, GREY, WHITE};
 use crate::camera::View;
 use crate::scene::Axis;
@@ -55,6 +56,18 @@ fn ends(view: &View) -> Vec<End> {
         .collect();
     ends.sort_by(|a, b| b.depth.total_cmp(&a.depth));
     ends
+}
+
+/// What the cross takes of a window of that size.
+pub fn place((width, height): (i32, i32), scale: f64, above: i32) -> Rect {
+    // A few dozen pixels.
+    let side = (2.0 * MARGIN * ARM_PX * scale).ceil() as i32;
+    Rect {
+        x: width - side,
+        y: height - above - side,
+        width: side,
+        height: side,
+    }
 }
 
 /// Draws the cross at the lower right, `above` pixels over the border. Letters are the caller's: it gets each with its

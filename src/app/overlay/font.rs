@@ -40,12 +40,6 @@ impl Font {
         }
     }
 
-    /// Its size.
-    #[must_use]
-    pub fn size_px(&self) -> u32 {
-        self.size_px
-    }
-
     /// Changes the size; letters of another one are forgotten.
     pub fn resize(&mut self, size_px: u32) {
         if self.size_px != size_px {
@@ -57,7 +51,13 @@ impl Font {
     /// Width of a letter and height of a line, in pixels.
     #[must_use]
     pub fn cell(&self) -> (i32, i32) {
-        let scaled = self.font.as_scaled(self.scale());
+        self.cell_of(self.size_px)
+    }
+
+    /// The same at another size.
+    #[must_use]
+    pub fn cell_of(&self, size_px: u32) -> (i32, i32) {
+        let scaled = self.font.as_scaled(scale_of(size_px));
         let advance = scaled.h_advance(self.font.glyph_id('0'));
         // Small positive numbers.
         (
@@ -75,17 +75,12 @@ impl Font {
         &self.glyphs[&c]
     }
 
-    fn scale(&self) -> PxScale {
-        // A few dozen pixels: exact.
-        PxScale::from(self.size_px as f32)
-    }
-
     fn draw(&self, c: char) -> Glyph {
-        let baseline = self.font.as_scaled(self.scale()).ascent().round();
+        let baseline = self.font.as_scaled(scale_of(self.size_px)).ascent().round();
         let placed = self
             .font
             .glyph_id(c)
-            .with_scale_and_position(self.scale(), point(0.0, baseline));
+            .with_scale_and_position(scale_of(self.size_px), point(0.0, baseline));
         let Some(outline) = self.font.outline_glyph(placed) else {
             return Glyph::default();
         };
@@ -106,6 +101,11 @@ impl Font {
         });
         glyph
     }
+}
+
+fn scale_of(size_px: u32) -> PxScale {
+    // A few dozen pixels: exact.
+    PxScale::from(size_px as f32)
 }
 
 #[cfg(test)]

@@ -1,16 +1,18 @@
 //! Over the picture: figures, key sheet, picks, questions, messages, and the bar of frames.
 //!
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
-//! for: the window shows the very bits that files get.
+//! for: the window shows the very bits that files get. Panels make room for each other ([`room`]).
 
 mod axes;
 mod canvas;
 mod font;
+mod room;
 
 pub use canvas::Canvas;
 
 use canvas::Rect;
 use font::Font;
+use room::Room;
 
 use super::keymap::Keymap;
 use super::scrub::BarWish;
@@ -59,6 +61,17 @@ impl Line {
     }
 }
 
+/// What is told beside what the state wishes for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Told<'a> {
+    /// The figures.
+    pub statistics: &'a [Line],
+    /// What each side of the picture is made by.
+    pub labels: Option<&'a Labels>,
+    /// How far a load is, or what is wrong with a file.
+    pub board: Option<&'a [Line]>,
+}
+
 /// What is said of the two sides of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Labels {
@@ -68,7 +81,7 @@ pub struct Labels {
     pub lines: [Line; 2],
 }
 
-/// Where a panel stands.
+/// Where a panel stands if nothing else stands there.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     TopLeft,
@@ -102,56 +115,83 @@ impl Overlay {
         self.scale_factor = scale_factor;
     }
 
-    /// Draws what `wish` asks for; `statistics` are the figures.
-    pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, statistics: &[Line]) {
+    /// Draws what `wish` asks for, and what is `told`.
+    pub fn draw(&mut self, canvas: &mut Canvas<'_>, wish: &OverlayWish, told: &Told<'_>) {
         self.zoom = zoom_factor(wish.zoom);
         if let Some(column) = wish.divider {
             self.divider(canvas, column);
         }
-        // The sheet may need all the room: where it stands there is nothing else.
-        if wish.sheet {
-            let mut sheet = std::mem::take(&mut self.sheet);
-            sheet[0].text = wish.message.clone().unwrap_or_default();
-            self.panel(canvas, &sheet, Place::Middle);
-            self.sheet = sheet;
-        } else {
-            if wish.statistics {
-                self.panel(canvas, statistics, Place::TopLeft);
-            }
+        let mut room = Room::new(extent(canvas));
+        // The sheet may need all the room: where it stands there is nothing but what is urgent.
+        let bar = wish.bar.as_ref().filter(|_| !wish.sheet);
+        if !wish.sheet {
             for &place in &wish.marks {
                 self.mark(canvas, place);
             }
-            let recording = wish.recording.then(|| Line::new(RECORDING, ""));
-            let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
-            let right: Vec<Line> = recording.into_iter().chain(picked).collect();
-            if !right.is_empty() {
-                self.panel(canvas, &right, Place::TopRight);
+            if wish.axes {
+                room.take(axes::place(extent(canvas), self.scale(), above(bar)));
             }
         }
-        let bar = wish.bar.as_ref().filter(|_| !wish.sheet);
         if let Some(bar) = bar {
-            draw_bar(canvas, bar);
+            room.take(draw_bar(canvas, bar));
         }
-        if let Some(question) = &wish.question {
-            self.panel(canvas, &[Line::new("", question)], Place::Middle);
+        // The most urgent first: it stands where it likes to.
+        let mut panels: Vec<(Vec<Line>, Place)> = Vec::new();
+        let mut add = |lines: Vec<Line>, place: Place| {
+            if !lines.is_empty() {
+                panels.push((lines, place));
+            }
+        };
+        add(told.board.unwrap_or_default().to_vec(), Place::Middle);
+        let question = wish.question.iter().map(|text| Line::new("", text));
+        add(question.collect(), Place::Middle);
+        if let Some(Labels { column, lines }) = told.labels {
+            let [left, right] = lines.clone();
+            match column {
+                None => add(vec![left], Place::TopLeft),
+                Some(column) => {
+                    let gap = (4.0 * self.scale()).ceil() as i32;
+                    let x = i32::try_from(*column).unwrap_or(i32::MAX / 2);
+                    add(vec![left], Place::TopBefore(x - gap));
+                    add(vec![right], Place::TopAfter(x.saturating_add(gap)));
+                }
+            }
         }
-        // Where there is no room above the bar, the number would hide it.
-        let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
-        let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
-        let message = wish.message.as_ref().filter(|_| !wish.sheet);
-        let message = message.map(|message| Line::new("", message));
-        let lines: Vec<Line> = frame.into_iter().chain(message).collect();
-        if !lines.is_empty() {
-            // A window's height, and less.
-            let above = bar.map_or(0, |b| b.bar.height_px as i32);
-            self.panel(canvas, &lines, Place::BottomLeft(above));
+        let message = wish.message.iter().map(|text| Line::new("", text));
+        if wish.sheet {
+            let mut sheet = self.sheet.clone();
+            sheet.splice(..wish.message.iter().len(), message);
+            add(sheet, Place::Middle);
+        } else {
+            if wish.statistics {
+                add(told.statistics.to_vec(), Place::TopLeft);
+            }
+            let recording = wish.recording.then(|| Line::new(RECORDING, ""));
+            let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
+            add(
+                recording.into_iter().chain(picked).collect(),
+                Place::TopRight,
+            );
+            // Where there is no room above the bar, the number would hide it.
+            let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
+            let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
+            let lines = frame.into_iter().chain(message).collect();
+            add(lines, Place::BottomLeft(above(bar)));
+        }
+        let layouts: Vec<Layout> = panels
+            .iter()
+            .map(|(lines, place)| self.layout(&mut room, lines, *place))
+            .collect();
+        // Where there is no room for all, what is urgent lies over the rest.
+        for ((lines, _), layout) in panels.iter().zip(layouts).rev() {
+            self.panel(canvas, lines, layout);
         }
     }
 
     /// Draws where the axes of the world point in the picture of `view`; `above` is what is at the lower border.
     pub fn axes(&mut self, canvas: &mut Canvas<'_>, view: &View, wish: &OverlayWish) {
         self.zoom = zoom_factor(wish.zoom);
-        let above = wish.bar.as_ref().map_or(0, |b| b.bar.height_px as i32);
+        let above = above(wish.bar.as_ref());
         // A small positive number.
         let size_px = (TEXT_PX * self.scale()).round() as u32;
         self.font.resize(size_px.max(MIN_TEXT_PX));
@@ -167,28 +207,6 @@ impl Overlay {
             }
             canvas.glyph(corner.0, corner.1, glyph, color);
         });
-    }
-
-    /// Says by what each side is made, beside the divider or at the upper left.
-    pub fn labels(&mut self, canvas: &mut Canvas<'_>, labels: &Labels) {
-        let [left, right] = &labels.lines;
-        match labels.column {
-            None => self.panel(canvas, std::slice::from_ref(left), Place::TopLeft),
-            Some(column) => {
-                let gap = (4.0 * self.scale()).ceil() as i32;
-                let x = i32::try_from(column).unwrap_or(i32::MAX / 2);
-                self.panel(
-                    canvas,
-                    std::slice::from_ref(left),
-                    Place::TopBefore(x - gap),
-                );
-                self.panel(
-                    canvas,
-                    std::slice::from_ref(right),
-                    Place::TopAfter(x + gap),
-                );
-            }
-        }
     }
 
     /// A line with dark borders between the sides, and something to hold in the middle of it.
@@ -236,18 +254,13 @@ impl Overlay {
         }
     }
 
-    /// Draws lines in the middle, over everything else.
-    pub fn board(&mut self, canvas: &mut Canvas<'_>, lines: &[Line]) {
-        self.panel(canvas, lines, Place::Middle);
-    }
-
-    fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], place: Place) {
-        let layout = self.layout(canvas, lines);
-        let rect = layout.place(canvas, place);
+    fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: Layout) {
+        let Layout { rect, margin, .. } = layout;
         canvas.darken(rect);
+        self.font.resize(layout.size_px);
         let (cell_width, cell_height) = self.font.cell();
-        let x = rect.x + layout.margin;
-        let mut y = rect.y + layout.margin;
+        let x = rect.x + margin;
+        let mut y = rect.y + margin;
         let (width, height) = extent(canvas);
         let room = ((width - x) / cell_width, (height - y) / cell_height);
         for line in cut(lines, layout.name_columns, room) {
@@ -268,18 +281,29 @@ impl Overlay {
         }
     }
 
-    /// Picks the largest size, up to the screen's, at which `lines` fit on the canvas.
-    fn layout(&mut self, canvas: &Canvas<'_>, lines: &[Line]) -> Layout {
+    /// Picks the largest size, up to the screen's, at which `lines` fit between what is there, as near to `place` as
+    /// may be. Where no size is small enough: the largest that fits into the window, at `place` all the same.
+    fn layout(&mut self, room: &mut Room, lines: &[Line], place: Place) -> Layout {
         // A scale factor is a small positive number.
-        let mut size_px = (TEXT_PX * self.scale()).round() as u32;
-        loop {
-            self.font.resize(size_px.max(MIN_TEXT_PX));
-            let layout = Layout::of(lines, self.font.cell());
-            if self.font.size_px() == MIN_TEXT_PX || layout.fits(canvas) {
-                return layout;
+        let largest = ((TEXT_PX * self.scale()).round() as u32).max(MIN_TEXT_PX);
+        let mut fallback = None;
+        for size_px in (MIN_TEXT_PX..=largest).rev() {
+            let mut layout = Layout::of(lines, size_px, self.font.cell_of(size_px));
+            let rect = layout.rect;
+            let fits = rect.width <= room.width() && rect.height <= room.height();
+            layout.rect = place.put(rect, room);
+            if fits && let Some(rect) = room.find(layout.rect) {
+                layout.rect = rect;
+                fallback = Some(layout);
+                break;
             }
-            size_px -= 1;
+            if fallback.is_none() && (fits || size_px == MIN_TEXT_PX) {
+                fallback = Some(layout);
+            }
         }
+        let layout = fallback.expect("there is a smallest size");
+        room.take(layout.rect);
+        layout
     }
 }
 
@@ -316,17 +340,19 @@ pub fn zoom_factor(steps: i32) -> f64 {
     libm::pow(1.25, f64::from(steps))
 }
 
-/// Draws the bar of frames: a line, a tick for each operation, what is played in amber, a handle at the frame.
-fn draw_bar(canvas: &mut Canvas<'_>, wish: &BarWish) {
+/// Draws the bar of frames: a line, a tick for each operation, what is played in amber, a handle at the frame. Returns
+/// its place.
+fn draw_bar(canvas: &mut Canvas<'_>, wish: &BarWish) -> Rect {
     let bar = wish.bar;
     // All lie in the window, whose size fits.
     let (top, height) = (bar.top_px as i32, bar.height_px as i32);
-    canvas.darken(Rect {
+    let place = Rect {
         x: 0,
         y: top,
         width: bar.width_px as i32,
         height,
-    });
+    };
+    canvas.darken(place);
     let thick = (height / 9).max(1);
     let x_of = |frame: u64| bar.x_of(frame).round() as i32;
     let mut block = |from: i32, to: i32, tall: i32, color: u32| {
@@ -351,20 +377,28 @@ fn draw_bar(canvas: &mut Canvas<'_>, wish: &BarWish) {
     }
     let x = x_of(wish.frame);
     block(x - thick, x + thick, height * 3 / 4, WHITE);
+    place
+}
+
+/// How high over the lower border panels end.
+fn above(bar: Option<&BarWish>) -> i32 {
+    // A window's height, and less.
+    bar.map_or(0, |b| b.bar.height_px as i32)
 }
 
 /// The measures of a panel, in pixels unless said otherwise.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
+    size_px: u32,
     margin: i32,
-    width: i32,
-    height: i32,
+    rect: Rect,
     /// Letters that the left column takes, with the gap after it.
     name_columns: i32,
 }
 
 impl Layout {
-    fn of(lines: &[Line], (cell_width, cell_height): (i32, i32)) -> Layout {
+    /// At the origin.
+    fn of(lines: &[Line], size_px: u32, (cell_width, cell_height): (i32, i32)) -> Layout {
         let longest = |of: fn(&Line) -> &String| {
             let letters = lines.iter().map(|l| of(l).chars().count()).max();
             i32::try_from(letters.unwrap_or(0)).unwrap_or(i32::MAX / 4096)
@@ -377,38 +411,33 @@ impl Layout {
         let rows = i32::try_from(lines.len()).unwrap_or(i32::MAX / 4096);
         let margin = cell_width;
         Layout {
+            size_px,
             margin,
-            width: columns * cell_width + 2 * margin,
-            height: rows * cell_height + 2 * margin,
+            rect: Rect {
+                x: 0,
+                y: 0,
+                width: columns * cell_width + 2 * margin,
+                height: rows * cell_height + 2 * margin,
+            },
             name_columns,
         }
     }
+}
 
-    fn fits(self, canvas: &Canvas<'_>) -> bool {
-        let (width, height) = extent(canvas);
-        self.width <= width && self.height <= height
-    }
-
-    fn place(self, canvas: &Canvas<'_>, place: Place) -> Rect {
-        let (canvas_width, canvas_height) = extent(canvas);
+impl Place {
+    /// Moves `rect` there.
+    fn put(self, rect: Rect, room: &Room) -> Rect {
+        let (right, below) = (room.width() - rect.width, room.height() - rect.height);
         // What does not fit shows its beginning.
-        let (x, y) = match place {
+        let (x, y) = match self {
             Place::TopLeft => (0, 0),
-            Place::TopRight => ((canvas_width - self.width).max(0), 0),
-            Place::TopBefore(x) => (x - self.width, 0),
+            Place::TopRight => (right.max(0), 0),
+            Place::TopBefore(x) => (x - rect.width, 0),
             Place::TopAfter(x) => (x, 0),
-            Place::Middle => (
-                ((canvas_width - self.width) / 2).max(0),
-                ((canvas_height - self.height) / 2).max(0),
-            ),
-            Place::BottomLeft(above) => (0, (canvas_height - above - self.height).max(0)),
+            Place::Middle => ((right / 2).max(0), (below / 2).max(0)),
+            Place::BottomLeft(above) => (0, (below - above).max(0)),
         };
-        Rect {
-            x,
-            y,
-            width: self.width,
-            height: self.height,
-        }
+        Rect { x, y, ..rect }
     }
 }
 

@@ -33,7 +33,11 @@ fn draw(overlay: &mut Overlay, wish: &OverlayWish, width: usize, height: usize) 
         width,
         height,
     };
-    overlay.draw(&mut canvas, wish, &[Line::new("fps", "60")]);
+    let told = Told {
+        statistics: &[Line::new("fps", "60")],
+        ..Told::default()
+    };
+    overlay.draw(&mut canvas, wish, &told);
     pixels
 }
 
@@ -70,7 +74,12 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
         overlay.axes(&mut canvas, &view, &OverlayWish::default());
         for column in [None, Some(0), Some(320), Some(usize::MAX)] {
             let lines = [line.clone(), line.clone()];
-            overlay.labels(&mut canvas, &Labels { column, lines });
+            let labels = Some(&Labels { column, lines });
+            let told = Told {
+                labels,
+                ..Told::default()
+            };
+            overlay.draw(&mut canvas, &OverlayWish::default(), &told);
         }
         assert!(pixels.iter().any(|&p| p != 0xff_ffff));
     }
@@ -81,13 +90,15 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
         height: 300,
     };
     let lines = [line, Line::new("", "")];
-    overlay(1.0).labels(
-        &mut canvas,
-        &Labels {
-            column: Some(320),
-            lines,
-        },
-    );
+    let labels = Some(&Labels {
+        column: Some(320),
+        lines,
+    });
+    let told = Told {
+        labels,
+        ..Told::default()
+    };
+    overlay(1.0).draw(&mut canvas, &OverlayWish::default(), &told);
     let row = &pixels[5 * 640..][..640];
     assert!(row[310] != 0xff_ffff && row[318] == 0xff_ffff);
 }
@@ -162,22 +173,53 @@ fn a_message_covers_no_line_of_the_sheet() {
     let (_, cell_height) = overlay.font.cell();
     let last = changed.last().expect("a message");
     assert!(last - changed[0] < cell_height as usize, "{changed:?}");
-    let layout = Layout::of(&overlay.sheet, overlay.font.cell());
-    let top = (height as i32 - layout.height) / 2 + layout.margin;
+    let layout = Layout::of(&overlay.sheet, MIN_TEXT_PX, overlay.font.cell());
+    let top = (height as i32 - layout.rect.height) / 2 + layout.margin;
     assert!((*last as i32) < top + cell_height, "{changed:?}");
 }
 
 #[test]
 fn the_whole_sheet_fits_in_the_default_window() {
     let mut overlay = overlay(1.0);
-    let mut pixels = vec![0; 640 * 480];
-    let canvas = Canvas {
-        pixels: &mut pixels,
-        width: 640,
-        height: 480,
-    };
     let sheet = overlay.sheet.clone();
-    assert!(overlay.layout(&canvas, &sheet).fits(&canvas));
+    let layout = overlay.layout(&mut Room::new((640, 480)), &sheet, Place::Middle);
+    assert!(layout.rect.width <= 640 && layout.rect.height <= 480);
+}
+
+#[test]
+fn panels_make_room_for_each_other() {
+    let lines = |count: usize, letters: usize| -> Vec<Line> {
+        let line = || Line::new("name", "m".repeat(letters));
+        std::iter::repeat_with(line).take(count).collect()
+    };
+    let panels = [
+        (lines(3, 20), Place::Middle),
+        (lines(1, 20), Place::TopBefore(150)),
+        (lines(1, 20), Place::TopAfter(158)),
+        (lines(9, 22), Place::TopLeft),
+        (lines(7, 18), Place::TopRight),
+        (lines(2, 20), Place::BottomLeft(0)),
+    ];
+    for (size, zoom) in [((1920, 1080), 4), ((800, 600), 1), ((640, 480), 0)] {
+        let mut overlay = overlay(1.0);
+        overlay.zoom = zoom_factor(zoom);
+        let mut room = Room::new(size);
+        let mut before: Vec<Rect> = Vec::new();
+        for (lines, place) in &panels {
+            let rect = overlay.layout(&mut room, lines, *place).rect;
+            let ends = |r: Rect| (r.x + r.width, r.y + r.height);
+            let (right, below) = ends(rect);
+            for other in &before {
+                let (other_right, other_below) = ends(*other);
+                let apart = right <= other.x
+                    || other_right <= rect.x
+                    || below <= other.y
+                    || other_below <= rect.y;
+                assert!(apart, "{size:?}: {place:?} at {rect:?} covers {other:?}");
+            }
+            before.push(rect);
+        }
+    }
 }
 
 #[test]

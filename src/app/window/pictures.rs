@@ -6,7 +6,7 @@ use std::time::Instant;
 use winit::event_loop::ActiveEventLoop;
 
 use super::{Message, Stage, Viewer, report};
-use crate::app::overlay::Line;
+use crate::app::overlay::{Line, Told};
 use crate::app::pace::Moment;
 use crate::app::painter::Picture;
 use crate::app::state::OverlayWish;
@@ -55,13 +55,12 @@ impl Viewer {
                     overlay.axes(canvas, &wish.view, &drawn.0);
                 }
             }
-            overlay.draw(canvas, &drawn.0, &figures);
-            if let Some(labels) = &labels {
-                overlay.labels(canvas, labels);
-            }
-            if let Some(board) = &drawn.1 {
-                overlay.board(canvas, board);
-            }
+            let told = Told {
+                statistics: &figures,
+                labels: labels.as_ref(),
+                board: drawn.1.as_deref(),
+            };
+            overlay.draw(canvas, &drawn.0, &told);
             if light < 256 {
                 canvas.fade(light);
             }

@@ -3,7 +3,7 @@
 //! The folders are the pipeline. A module uses the ones above it in this list and those beside it, never the ones below:
 //!
 //! 1. [`math`], [`color`], [`simd`]: helpers that know nothing of scenes. [`frame`]: the pixels and hits of a picture
-//!    in memory. [`raw`]: all that is `unsafe`.
+//!    in memory. [`raw`]: all that is `unsafe`. [`watch`]: how far long work is, and the wish to stop it.
 //! 2. [`scene`]: the text format, to plain data and back.
 //! 3. [`geometry`], [`bvh`], [`camera`], [`timeline`], [`world`]: the scene as arrays for the kernels; where
 //!    the camera stands at which frame.

@@ -24,6 +24,8 @@ pub struct Frustum {
     offset: [f32; 3],
     /// See [`TileSpace::slack`].
     slack: [f32; 3],
+    /// x′ and y′ of the last column and row in the picture.
+    last: [f32; 2],
 }
 
 /// The children that survive.
@@ -51,6 +53,7 @@ impl Frustum {
             low,
             offset: space.offset.to_array(),
             slack: space.slack.to_array(),
+            last: space.last.map(|last| f32::from(last) - HALF),
         }
     }
 
@@ -79,14 +82,17 @@ impl Frustum {
             high[k] = h;
         }
         let (near, w_max) = (low[2], high[2]);
-        let reach = w_max * splat!(HALF + MARGIN_PX);
         let zero = splat!(0.0);
-        let minus_reach = zero - reach;
+        let left_or_top = zero - w_max * splat!(HALF + MARGIN_PX);
+        // The most that x′·w and y′·w can be over the box: where x′ or y′ is negative, at its near end.
+        let [right, bottom] = self.last.map(|last| last + MARGIN_PX);
+        let right = if right < 0.0 { near } else { w_max } * splat!(right);
+        let bottom = if bottom < 0.0 { near } else { w_max } * splat!(bottom);
         let clamped_near = near.max(zero);
-        let inside = low[0].simd_le(reach)
-            & high[0].simd_ge(minus_reach)
-            & low[1].simd_le(reach)
-            & high[1].simd_ge(minus_reach)
+        let inside = low[0].simd_le(right)
+            & high[0].simd_ge(left_or_top)
+            & low[1].simd_le(bottom)
+            & high[1].simd_ge(left_or_top)
             & w_max.simd_gt(zero)
             & clamped_near.simd_le(splat!(far));
         let mut out = Survivors {
@@ -107,8 +113,9 @@ impl Frustum {
         let far_inverse = one / w_max;
         let near_inverse = near.simd_gt(splat!(1e-30)).select(one / near, splat!(1e30));
         let eighth = splat!(0.125);
-        let last = splat!(TILE as f32 / 8.0 - 0.5);
         for k in 0..2 {
+            // Somewhere in the last block.
+            let last = splat!((self.last[k] + HALF) * 0.125);
             let l = (low[k] * near_inverse).min(low[k] * far_inverse);
             let h = (high[k] * near_inverse).max(high[k] * far_inverse);
             let l = (l + splat!(TILE as f32 / 2.0 - MARGIN_PX)) * eighth;
@@ -126,9 +133,15 @@ impl Survivors {
     /// The 8x8 blocks that child `child` can cover, as bits, row by row.
     #[inline(always)]
     pub fn block_mask(&self, child: usize) -> u64 {
-        let [x0, x1, y0, y1] = self.blocks.map(|row| row[child & 7] as u32 & 7);
-        let columns = ((2u64 << x1) - 1) & !((1u64 << x0) - 1);
-        let rows = (u64::MAX >> (56 - 8 * y1)) & !((1u64 << (8 * y0)) - 1);
-        columns.wrapping_mul(0x0101_0101_0101_0101) & rows
+        block_mask(self.blocks.map(|row| row[child & 7] as u32))
     }
+}
+
+/// The 8x8 blocks from first to last column and first to last row (each 0 to 7), as bits, row by row.
+#[inline(always)]
+pub fn block_mask(ends: [u32; 4]) -> u64 {
+    let [x0, x1, y0, y1] = ends.map(|end| end & 7);
+    let columns = ((2u64 << x1) - 1) & !((1u64 << x0) - 1);
+    let rows = (u64::MAX >> (56 - 8 * y1)) & !((1u64 << (8 * y0)) - 1);
+    columns.wrapping_mul(0x0101_0101_0101_0101) & rows
 }

@@ -120,7 +120,7 @@ impl<S: Lanes> Around<S> {
                 .max(0.0);
             high[k] = (self.high[k].reduce_max() + (HALF + BOX_MARGIN_PX))
                 .floor()
-                .min(TILE as f32 - 1.0);
+                .min(f32::from(context.space.last[k]));
             if low[k] > high[k] {
                 return true;
             }
@@ -311,7 +311,8 @@ fn group<S: Lanes, P: Probe>(
         let l = in_front.select(a.min(b.min(c)), splat!(-1e9)) + splat!(HALF - BOX_MARGIN_PX);
         let h = in_front.select(a.max(b.max(c)), splat!(1e9)) + splat!(HALF + BOX_MARGIN_PX);
         low[k] = l.max(splat!(0.0)).min(splat!(TILE as f32)).ceil();
-        high[k] = h.max(splat!(-1.0)).min(splat!(TILE as f32 - 1.0)).floor();
+        let last = splat!(f32::from(context.space.last[k]));
+        high[k] = h.max(splat!(-1.0)).min(last).floor();
         keep &= low[k].simd_le(high[k]);
     }
     let mut todo = bits::<S>(keep) & valid;

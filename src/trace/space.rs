@@ -43,6 +43,8 @@ pub struct TileSpace {
     pub offset: Vec3,
     /// See `offset`.
     pub slack: Vec3,
+    /// Last column and last row of the tile that lie in the picture, 0 to 63: beyond them nothing need be found.
+    pub last: [u8; 2],
 }
 
 /// A point in a tile's frame.
@@ -106,6 +108,8 @@ impl Rig {
             rows,
             offset: DVec3::from(offset).as_vec3(),
             slack: DVec3::from(slack).as_vec3(),
+            last: [(self.view.width, x), (self.view.height, y)]
+                .map(|(size, first)| size.saturating_sub(first + 1).min(TILE - 1) as u8),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::brute;
 use super::coverage::Scratch;
-use super::frustum::Frustum;
+use super::frustum::{Frustum, block_mask};
 use super::leaf::{self, Guard, LeafContext, TAME};
 use super::probe::{Probe, StageTicks, Stopwatch};
 use super::space::{TILE, TileSpace};
@@ -52,6 +52,18 @@ impl Horizon {
         dirty: 0,
         tile_far: f32::INFINITY,
     };
+
+    /// Everything open in `blocks`, the others as far as nothing.
+    fn open_in(blocks: u64) -> Horizon {
+        let mut horizon = Horizon::OPEN;
+        horizon.open = blocks;
+        for (block, far) in horizon.far.iter_mut().enumerate() {
+            if blocks >> block & 1 == 0 {
+                *far = 0.0;
+            }
+        }
+        horizon
+    }
 
     /// True when something at distance `near` in one of `blocks` could be seen.
     #[inline(always)]
@@ -195,7 +207,11 @@ impl Tracer {
             stages,
         } = self;
         let mut watch = Stopwatch::start::<P>();
-        *horizon = Horizon::OPEN;
+        let blocks = blocks_in_picture(space);
+        *horizon = match blocks {
+            u64::MAX => Horizon::OPEN,
+            some => Horizon::open_in(some),
+        };
         let frustum = Frustum::new(space);
         let mut context = LeafContext {
             space,
@@ -207,7 +223,7 @@ impl Tracer {
         stack[0] = Entry {
             near: 0.0,
             child: Child::node(0),
-            blocks: u64::MAX,
+            blocks,
         };
         let mut depth = 1;
         // A ring of leaves that wait.
@@ -287,6 +303,12 @@ impl Tracer {
         }
         stages.traversal += watch.lap::<P>();
     }
+}
+
+/// The 8x8 blocks of a tile that have a pixel in the picture, as bits, row by row.
+fn blocks_in_picture(space: &TileSpace) -> u64 {
+    let [column, row] = space.last.map(|last| u32::from(last) / 8);
+    block_mask([0, column, 0, row])
 }
 
 /// Whether the kernels' error bounds hold for every vertex of the scene (they do, but for absurd cameras).

@@ -129,6 +129,18 @@ fn random_scenes() {
     assert!(hit > 240 * 100 * 76 / 10, "only {hit} pixels hit anything");
 }
 
+/// Most leaves and boxes lie between the centres of pixels here, and every tile ends at another part of itself.
+#[test]
+fn more_triangles_than_pixels_in_pictures_of_odd_sizes() {
+    let renderers = renderers();
+    let scene = scene(ball(&mut Random::new(3), 150, 0.01, Vec3::ZERO));
+    let camera = look_at(Vec3::new(0.5, 0.4, 3.5), Vec3::ZERO, 0.4, 1.3);
+    for size in [(20, 15), (65, 3), (1, 70)] {
+        let hit = compare(&renderers, &format!("{size:?}"), &scene, &camera, size);
+        assert!(hit > 0 && hit < scene.triangles.len(), "{size:?}: {hit}");
+    }
+}
+
 /// A named scene and its camera.
 type Case = (&'static str, Vec<[Vec3; 3]>, Camera);
 

@@ -39,6 +39,10 @@ pub struct Scratch {
     pub(super) won: u32,
     /// Those that won none.
     pub(super) lost: u32,
+    /// Leaves looked at in this tile.
+    pub(super) leaves: u32,
+    /// Those with no pixel's centre in them.
+    pub(super) missed: u32,
 }
 
 impl Scratch {
@@ -50,6 +54,8 @@ impl Scratch {
         first_unit: [0; 16],
         won: 0,
         lost: 0,
+        leaves: 0,
+        missed: 0,
     };
 }
 

@@ -57,9 +57,10 @@ impl Frustum {
         }
     }
 
-    /// The children of `node` whose box meets the frustum, in front of the eye and not beyond `far`.
+    /// The children of `node` whose box meets the frustum, in front of the eye and not beyond `far`. `by_pixel`: not
+    /// those either that lie between the centres of pixels.
     #[inline(always)]
-    pub fn test<S: Lanes>(&self, simd: S, node: &Node, far: f32) -> Survivors {
+    pub fn test<S: Lanes>(&self, simd: S, node: &Node, far: f32, by_pixel: bool) -> Survivors {
         macro_rules! splat {
             ($x:expr) => {
                 f32x8::splat(simd, $x)
@@ -120,6 +121,12 @@ impl Frustum {
             let h = (high[k] * near_inverse).max(high[k] * far_inverse);
             let l = (l + splat!(TILE as f32 / 2.0 - MARGIN_PX)) * eighth;
             let h = (h + splat!(TILE as f32 / 2.0 + MARGIN_PX)) * eighth;
+            if by_pixel {
+                // Pixels' centres lie at halves.
+                let first = (l * splat!(8.0) - splat!(0.5)).ceil();
+                let past = (h * splat!(8.0) - splat!(0.5)).floor();
+                out.mask &= first.simd_le(past).to_bitmask() as u32;
+            }
             let l: crate::simd::i32x8<S> = l.max(zero).min(last).to_int();
             let h: crate::simd::i32x8<S> = h.max(zero).min(last).to_int();
             l.store_array(&mut out.blocks[2 * k]);

@@ -75,7 +75,8 @@ pub fn trace<S: Lanes, P: Probe>(
 ) -> u64 {
     let mut watch = Stopwatch::start::<P>();
     let around = transform(simd, context.space, leaf, &mut scratch.vertices);
-    if around.is_hidden(simd, context, leaf, tile) {
+    scratch.leaves += 1;
+    if around.is_hidden(simd, context, leaf, tile, &mut scratch.missed) {
         stages.setup += watch.lap::<P>();
         return 0;
     }
@@ -106,9 +107,16 @@ struct Around<S: Lanes> {
 
 impl<S: Lanes> Around<S> {
     /// True when every pixel that the leaf can cover already holds something nearer than all of it, or when there is
-    /// no such pixel.
+    /// no such pixel: that is counted by `missed`.
     #[inline(always)]
-    fn is_hidden(&self, simd: S, context: &LeafContext<'_>, leaf: Leaf<'_>, tile: &Tile) -> bool {
+    fn is_hidden(
+        &self,
+        simd: S,
+        context: &LeafContext<'_>,
+        leaf: Leaf<'_>,
+        tile: &Tile,
+        missed: &mut u32,
+    ) -> bool {
         if self.w.reduce_min() <= NEAR {
             return false;
         }
@@ -122,6 +130,7 @@ impl<S: Lanes> Around<S> {
                 .floor()
                 .min(f32::from(context.space.last[k]));
             if low[k] > high[k] {
+                *missed += 1;
                 return true;
             }
         }

@@ -230,6 +230,8 @@ impl Tracer {
         let (mut oldest, mut waits) = (0, 0);
         let mut node_came = false;
         (scratch.won, scratch.lost) = (0, 0);
+        (scratch.leaves, scratch.missed) = (0, 0);
+        let mut by_pixel = false;
         loop {
             let leaf_next = waits == WAITING || (waits > 0 && (node_came || depth == 0));
             let entry = if leaf_next {
@@ -277,7 +279,9 @@ impl Tracer {
             }
             node_came = true;
             let node = &bvh.nodes[entry.child.index()];
-            let survivors = frustum.test(simd, node, horizon.tile_far);
+            // Where every fourth leaf lies between the pixels, so do boxes; elsewhere it does not pay to ask.
+            by_pixel |= scratch.missed > 16 && scratch.missed > scratch.leaves / 4;
+            let survivors = frustum.test(simd, node, horizon.tile_far, by_pixel);
             if depth + 8 > stack.len() {
                 stack.resize(2 * stack.len(), Entry::NONE);
             }

@@ -5,6 +5,7 @@
 //! an edge) the exact test is asked. Equal distances are as rare: both go to one cold function.
 
 use super::exact::{self, PixelRay};
+use super::raster::SPECK;
 use super::space::{HALF, ROUNDOFF, TILE, Uvw};
 use super::tile::{BLOCKS, TABLES, Tile};
 use crate::bvh::Leaf;
@@ -35,6 +36,8 @@ pub struct Scratch {
     pub(super) boxes: [[i32; 16]; 4],
     /// First unit of each lane's screen box, see [`cover_unit`].
     pub(super) first_unit: [u32; 16],
+    /// 1/w at each place of the specks' common box: see [`super::raster::specks`].
+    pub(super) speck_depths: [[f32; 16]; SPECK * SPECK],
     /// Pairs of a unit and a small triangle in this tile that won a pixel.
     pub(super) won: u32,
     /// Those that won none.
@@ -52,6 +55,7 @@ impl Scratch {
         setup: Setup([[0.0; 16]; 16]),
         boxes: [[0; 16]; 4],
         first_unit: [0; 16],
+        speck_depths: [[0.0; 16]; SPECK * SPECK],
         won: 0,
         lost: 0,
         leaves: 0,

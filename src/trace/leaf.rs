@@ -412,7 +412,7 @@ fn group<S: Lanes, P: Probe>(
             low,
             extent,
         };
-        dirty |= raster::specks(simd, &job, &lanes, specks, &scratch.vertices, tile);
+        dirty |= raster::specks(simd, &job, &lanes, specks, scratch, tile);
         if todo == 0 {
             return dirty;
         }

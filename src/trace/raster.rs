@@ -8,7 +8,7 @@ use super::doubt;
 use super::space::{HALF, ROUNDOFF, TILE};
 use super::tile::{BLOCKS, FLOORS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
-use crate::simd::{Lanes, SimdBase, SimdFloat, VertexScratch, bits, lanes, load, store};
+use crate::simd::{Lanes, SimdBase, SimdFloat, bits, lanes, load, store};
 
 /// Lanes for [`specks`].
 pub struct SpeckLanes<S: Lanes> {
@@ -138,7 +138,7 @@ pub fn specks<S: Lanes>(
     job: &Job<'_>,
     k: &SpeckLanes<S>,
     specks: u32,
-    vertices: &VertexScratch,
+    scratch: &mut Scratch,
     tile: &mut Tile,
 ) -> u64 {
     macro_rules! splat {
@@ -150,7 +150,8 @@ pub fn specks<S: Lanes>(
     let y0 = k.low[1] - splat!(HALF);
     let grid = Grid::<SPECK, SPECK>::around(simd, specks, k.extent);
     let steps = grid.steps();
-    let mut z = [[0.0f32; 16]; SPECK * SPECK];
+    // Kept from call to call: to clear it would take as long as filling it.
+    let z = &mut scratch.speck_depths;
     // Bit lanes * step + lane.
     let mut hits = [0u64; WORDS];
     let mut doubts = 0;
@@ -179,7 +180,7 @@ pub fn specks<S: Lanes>(
             let y = rows[lane] as usize + usize::from(steps.row[step]);
             (x, y)
         };
-        doubt::settle(simd, job, doubts, &mut hits, place, vertices);
+        doubt::settle(simd, job, doubts, &mut hits, place, &scratch.vertices);
     }
     let mut dirty = 0u64;
     for (word, hits) in hits[..WORDS * lanes::<S>() / 16].iter().enumerate() {

@@ -46,6 +46,7 @@ impl Tile {
     }
 
     /// All misses again: tiles are mostly background, so only what was touched is written.
+    #[inline(always)]
     pub fn clear(&mut self) {
         if self.touched != 0 {
             self.floor.fill(0.0);

@@ -184,14 +184,18 @@ impl Tracer {
             brute::trace(&bvh.corners(), &bvh.file_ids, space, self.cleared_tile());
             return true;
         }
-        self.tile.clear();
         if P::COUNTS {
             self.tile.cost.fill(0);
         }
         if bvh.nodes.is_empty() {
+            self.tile.clear();
             return false;
         }
-        dispatch!(kernel, simd => self.walk::<_, P>(simd, bvh, space));
+        dispatch!(kernel, simd => {
+            // Here, where stores are wide.
+            self.tile.clear();
+            self.walk::<_, P>(simd, bvh, space);
+        });
         self.tile.touched != 0
     }
 

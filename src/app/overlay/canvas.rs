@@ -26,6 +26,18 @@ pub struct Rect {
     pub height: i32,
 }
 
+impl Rect {
+    /// Whether the two have no pixel in common.
+    #[must_use]
+    pub fn is_apart(&self, other: &Rect) -> bool {
+        let before = |first: i32, size: i32, next: i32| first.saturating_add(size) <= next;
+        before(self.x, self.width, other.x)
+            || before(other.x, other.width, self.x)
+            || before(self.y, self.height, other.y)
+            || before(other.y, other.height, self.y)
+    }
+}
+
 impl Canvas<'_> {
     /// Leaves a quarter of the light in `rect`: white letters stand out on whatever is below.
     pub fn darken(&mut self, rect: Rect) {

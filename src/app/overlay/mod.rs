@@ -163,28 +163,32 @@ impl Overlay {
             sheet.splice(..wish.message.iter().len(), message);
             add(sheet, Place::Middle);
         } else {
-            if wish.statistics {
-                add(told.statistics.to_vec(), Place::TopLeft);
-            }
+            // Where there is no room above the bar, the number would hide it.
+            let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
+            let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
+            let lines = frame.into_iter().chain(message).collect();
+            add(lines, Place::BottomLeft(above(bar)));
             let recording = wish.recording.then(|| Line::new(RECORDING, ""));
             let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
             add(
                 recording.into_iter().chain(picked).collect(),
                 Place::TopRight,
             );
-            // Where there is no room above the bar, the number would hide it.
-            let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
-            let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
-            let lines = frame.into_iter().chain(message).collect();
-            add(lines, Place::BottomLeft(above(bar)));
+            if wish.statistics {
+                add(told.statistics.to_vec(), Place::TopLeft);
+            }
         }
         let layouts: Vec<Layout> = panels
             .iter()
             .map(|(lines, place)| self.layout(&mut room, lines, *place))
             .collect();
-        // Where there is no room for all, what is urgent lies over the rest.
-        for ((lines, _), layout) in panels.iter().zip(layouts).rev() {
-            self.panel(canvas, lines, layout);
+        // Where there is no room for all, nothing shines through what is more urgent. What stands in the middle was
+        // asked for just now.
+        for (i, ((lines, place), layout)) in panels.iter().zip(&layouts).enumerate() {
+            let is_apart = |other: &Layout| layout.rect.is_apart(&other.rect);
+            if matches!(place, Place::Middle) || layouts[..i].iter().all(is_apart) {
+                self.panel(canvas, lines, layout);
+            }
         }
     }
 
@@ -254,8 +258,8 @@ impl Overlay {
         }
     }
 
-    fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: Layout) {
-        let Layout { rect, margin, .. } = layout;
+    fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: &Layout) {
+        let Layout { rect, margin, .. } = *layout;
         canvas.darken(rect);
         self.font.resize(layout.size_px);
         let (cell_width, cell_height) = self.font.cell();

@@ -67,13 +67,7 @@ impl Room {
     }
 
     fn is_free(&self, rect: &Rect) -> bool {
-        let apart = |a: i32, a_size: i32, b: i32, b_size: i32| {
-            a.saturating_add(a_size) <= b || b.saturating_add(b_size) <= a
-        };
-        self.taken.iter().all(|taken| {
-            apart(rect.x, rect.width, taken.x, taken.width)
-                || apart(rect.y, rect.height, taken.y, taken.height)
-        })
+        self.taken.iter().all(|taken| rect.is_apart(taken))
     }
 }
 

@@ -207,19 +207,43 @@ fn panels_make_room_for_each_other() {
         let mut before: Vec<Rect> = Vec::new();
         for (lines, place) in &panels {
             let rect = overlay.layout(&mut room, lines, *place).rect;
-            let ends = |r: Rect| (r.x + r.width, r.y + r.height);
-            let (right, below) = ends(rect);
             for other in &before {
-                let (other_right, other_below) = ends(*other);
-                let apart = right <= other.x
-                    || other_right <= rect.x
-                    || below <= other.y
-                    || other_below <= rect.y;
+                let apart = rect.is_apart(other);
                 assert!(apart, "{size:?}: {place:?} at {rect:?} covers {other:?}");
             }
             before.push(rect);
         }
     }
+}
+
+#[test]
+fn what_was_picked_hides_the_statistics_where_both_have_no_room() {
+    let mut overlay = overlay(1.0);
+    let (width, height) = (300, 200);
+    let statistics: Vec<Line> = (0..14).map(|_| Line::new("render", "1.23 ms")).collect();
+    let picked = OverlayWish {
+        picked: vec![("point".into(), "-0.00324 0.11796 0.03925".into()); 7],
+        ..OverlayWish::default()
+    };
+    let both = OverlayWish {
+        statistics: true,
+        ..picked.clone()
+    };
+    let told = Told {
+        statistics: &statistics,
+        ..Told::default()
+    };
+    let mut pixels = |wish: &OverlayWish| {
+        let mut pixels = vec![WHITE; width * height];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width,
+            height,
+        };
+        overlay.draw(&mut canvas, wish, &told);
+        pixels
+    };
+    assert!(pixels(&both) == pixels(&picked));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The one module with `unsafe` code: what safe Rust has no form for and a measurement pays for.
 //!
-//! Prefetching, large pages ([`Pages`]), stores past the caches, gathers ([`wide`]), the time stamp counter, pictures whose tiles are written by
-//! several threads at once, and hits seen as words. All have a safe face.
+//! Prefetching, large pages ([`Pages`]), stores past the caches, gathers ([`wide`]), the time stamp counter, pictures
+//! whose tiles are written by several threads at once, and hits seen as words. All have a safe face.
 #![allow(unsafe_code)]
 
 mod pages;

@@ -129,7 +129,7 @@ fn random_scenes() {
     assert!(hit > 240 * 100 * 76 / 10, "only {hit} pixels hit anything");
 }
 
-/// Most leaves and boxes lie between the centres of pixels here, and every tile ends at another part of itself.
+/// Most leaves and boxes lie between the centres of pixels here, and tiles end at the first pixel, early and late.
 #[test]
 fn more_triangles_than_pixels_in_pictures_of_odd_sizes() {
     let renderers = renderers();

@@ -24,8 +24,10 @@ pub struct Frustum {
     offset: [f32; 3],
     /// See [`TileSpace::slack`].
     slack: [f32; 3],
-    /// x′ and y′ of the last column and row in the picture.
-    last: [f32; 2],
+    /// x′ and y′ up to which a box may lie: those of the last column and row in the picture, and a margin.
+    reach: [f32; 2],
+    /// Somewhere in the last column and row of 8x8 blocks.
+    last_block: [f32; 2],
 }
 
 /// The children that survive.
@@ -53,7 +55,8 @@ impl Frustum {
             low,
             offset: space.offset.to_array(),
             slack: space.slack.to_array(),
-            last: space.last.map(|last| f32::from(last) - HALF),
+            reach: space.last.map(|last| f32::from(last) - HALF + MARGIN_PX),
+            last_block: space.last.map(|last| f32::from(last) * 0.125),
         }
     }
 
@@ -86,7 +89,7 @@ impl Frustum {
         let zero = splat!(0.0);
         let left_or_top = zero - w_max * splat!(HALF + MARGIN_PX);
         // The most that x′·w and y′·w can be over the box: where x′ or y′ is negative, at its near end.
-        let [right, bottom] = self.last.map(|last| last + MARGIN_PX);
+        let [right, bottom] = self.reach;
         let right = if right < 0.0 { near } else { w_max } * splat!(right);
         let bottom = if bottom < 0.0 { near } else { w_max } * splat!(bottom);
         let clamped_near = near.max(zero);
@@ -115,8 +118,7 @@ impl Frustum {
         let near_inverse = near.simd_gt(splat!(1e-30)).select(one / near, splat!(1e30));
         let eighth = splat!(0.125);
         for k in 0..2 {
-            // Somewhere in the last block.
-            let last = splat!((self.last[k] + HALF) * 0.125);
+            let last = splat!(self.last_block[k]);
             let l = (low[k] * near_inverse).min(low[k] * far_inverse);
             let h = (high[k] * near_inverse).max(high[k] * far_inverse);
             let l = (l + splat!(TILE as f32 / 2.0 - MARGIN_PX)) * eighth;

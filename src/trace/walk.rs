@@ -46,23 +46,15 @@ struct Horizon {
 }
 
 impl Horizon {
-    const OPEN: Horizon = Horizon {
-        far: [f32::INFINITY; 64],
-        open: u64::MAX,
-        dirty: 0,
-        tile_far: f32::INFINITY,
-    };
-
-    /// Everything open in `blocks`, the others as far as nothing.
+    /// All open in `blocks`; in the others nothing can be seen.
     fn open_in(blocks: u64) -> Horizon {
-        let mut horizon = Horizon::OPEN;
-        horizon.open = blocks;
-        for (block, far) in horizon.far.iter_mut().enumerate() {
-            if blocks >> block & 1 == 0 {
-                *far = 0.0;
-            }
+        let is_open = |block: usize| blocks >> block & 1 != 0;
+        Horizon {
+            far: std::array::from_fn(|block| if is_open(block) { f32::INFINITY } else { 0.0 }),
+            open: blocks,
+            dirty: 0,
+            tile_far: f32::INFINITY,
         }
-        horizon
     }
 
     /// True when something at distance `near` in one of `blocks` could be seen.
@@ -135,7 +127,7 @@ impl Default for Tracer {
             tile: Tile::new(),
             stack: vec![Entry::NONE; 256],
             waiting: [Entry::NONE; WAITING],
-            horizon: Horizon::OPEN,
+            horizon: Horizon::open_in(u64::MAX),
             scratch: Box::new(Scratch::NEW),
             guard: Guard::ON,
             stages: StageTicks::default(),
@@ -212,10 +204,7 @@ impl Tracer {
         } = self;
         let mut watch = Stopwatch::start::<P>();
         let blocks = blocks_in_picture(space);
-        *horizon = match blocks {
-            u64::MAX => Horizon::OPEN,
-            some => Horizon::open_in(some),
-        };
+        *horizon = Horizon::open_in(blocks);
         let frustum = Frustum::new(space);
         let mut context = LeafContext {
             space,

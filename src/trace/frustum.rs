@@ -26,23 +26,28 @@ pub struct Frustum {
     slack: [f32; 3],
     /// x′ and y′ up to which a box may lie: those of the last column and row in the picture, and a margin.
     reach: [f32; 2],
-    /// Somewhere in the last column and row of 8x8 blocks.
-    last_block: [f32; 2],
+    /// The last column and row of pixels.
+    last: [f32; 2],
 }
 
 /// The children that survive.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
-pub struct Survivors {
+pub struct Survivors<const BY_PIXEL: bool> {
     /// Nearest distance of each child's box, at least 0.
     pub near: [f32; 8],
     /// A distance within each box, toward its near end: the lowest is to be visited first.
     pub order: [f32; 8],
-    /// Its part of the tile in blocks of 8x8 pixels: first and last column, first and last row.
-    pub blocks: [[i32; 8]; 4],
+    /// Its part of the tile: first and last column, first and last row. In blocks of 8x8 pixels, or in pixels where
+    /// [`Frustum::test`] looked for these.
+    ends: [[i32; 8]; 4],
     /// Which children survive, child 0 lowest.
     pub mask: u32,
 }
+
+/// A part of a tile of at most two columns and two rows of pixels: first and last column, first and last row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spot(pub [u8; 4]);
 
 impl Frustum {
     /// The frustum of a tile.
@@ -56,14 +61,19 @@ impl Frustum {
             offset: space.offset.to_array(),
             slack: space.slack.to_array(),
             reach: space.last.map(|last| f32::from(last) - HALF + MARGIN_PX),
-            last_block: space.last.map(|last| f32::from(last) * 0.125),
+            last: space.last.map(f32::from),
         }
     }
 
-    /// The children of `node` whose box meets the frustum, in front of the eye and not beyond `far`. `by_pixel`: not
+    /// The children of `node` whose box meets the frustum, in front of the eye and not beyond `far`. `BY_PIXEL`: not
     /// those either that lie between the centres of pixels.
     #[inline(always)]
-    pub fn test<S: Lanes>(&self, simd: S, node: &Node, far: f32, by_pixel: bool) -> Survivors {
+    pub fn test<S: Lanes, const BY_PIXEL: bool>(
+        &self,
+        simd: S,
+        node: &Node,
+        far: f32,
+    ) -> Survivors<BY_PIXEL> {
         macro_rules! splat {
             ($x:expr) => {
                 f32x8::splat(simd, $x)
@@ -102,7 +112,7 @@ impl Frustum {
         let mut out = Survivors {
             near: [0.0; 8],
             order: [0.0; 8],
-            blocks: [[0; 8]; 4],
+            ends: [[0; 8]; 4],
             mask: inside.to_bitmask() as u32,
         };
         clamped_near.store_array(&mut out.near);
@@ -118,31 +128,42 @@ impl Frustum {
         let near_inverse = near.simd_gt(splat!(1e-30)).select(one / near, splat!(1e30));
         let eighth = splat!(0.125);
         for k in 0..2 {
-            let last = splat!(self.last_block[k]);
             let l = (low[k] * near_inverse).min(low[k] * far_inverse);
             let h = (high[k] * near_inverse).max(high[k] * far_inverse);
-            let l = (l + splat!(TILE as f32 / 2.0 - MARGIN_PX)) * eighth;
-            let h = (h + splat!(TILE as f32 / 2.0 + MARGIN_PX)) * eighth;
-            if by_pixel {
+            let l = l + splat!(TILE as f32 / 2.0 - MARGIN_PX);
+            let h = h + splat!(TILE as f32 / 2.0 + MARGIN_PX);
+            let (first, past, last) = if BY_PIXEL {
                 // Pixels' centres lie at halves.
-                let first = (l * splat!(8.0) - splat!(0.5)).ceil();
-                let past = (h * splat!(8.0) - splat!(0.5)).floor();
+                let half = splat!(0.5);
+                let (first, past) = ((l - half).ceil(), (h - half).floor());
                 out.mask &= first.simd_le(past).to_bitmask() as u32;
-            }
-            let l: crate::simd::i32x8<S> = l.max(zero).min(last).to_int();
-            let h: crate::simd::i32x8<S> = h.max(zero).min(last).to_int();
-            l.store_array(&mut out.blocks[2 * k]);
-            h.store_array(&mut out.blocks[2 * k + 1]);
+                (first, past, splat!(self.last[k]))
+            } else {
+                (l * eighth, h * eighth, splat!(self.last[k] * 0.125))
+            };
+            let first: crate::simd::i32x8<S> = first.max(zero).min(last).to_int();
+            let past: crate::simd::i32x8<S> = past.max(zero).min(last).to_int();
+            first.store_array(&mut out.ends[2 * k]);
+            past.store_array(&mut out.ends[2 * k + 1]);
         }
         out
     }
 }
 
-impl Survivors {
+impl<const BY_PIXEL: bool> Survivors<BY_PIXEL> {
     /// The 8x8 blocks that child `child` can cover, as bits, row by row.
     #[inline(always)]
     pub fn block_mask(&self, child: usize) -> u64 {
-        block_mask(self.blocks.map(|row| row[child & 7] as u32))
+        let shift = if BY_PIXEL { 3 } else { 0 };
+        block_mask(self.ends.map(|row| row[child & 7] as u32 >> shift))
+    }
+
+    /// The pixels that child `child` can cover, if they are known and few.
+    #[inline(always)]
+    pub fn spot(&self, child: usize) -> Option<Spot> {
+        let [x0, x1, y0, y1] = self.ends.map(|row| row[child & 7]);
+        let small = BY_PIXEL && x1 - x0 < 2 && y1 - y0 < 2;
+        small.then_some(Spot([x0 as u8, x1 as u8, y0 as u8, y1 as u8]))
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::brute;
 use super::coverage::Scratch;
-use super::frustum::{Frustum, block_mask};
+use super::frustum::{Frustum, Spot, Survivors, block_mask};
 use super::leaf::{self, Guard, LeafContext, TAME};
 use super::probe::{Probe, StageTicks, Stopwatch};
 use super::space::{TILE, TileSpace};
-use super::tile::{BLOCKS, Tile};
-use crate::bvh::{Bvh, Child};
+use super::tile::{BLOCKS, TABLES, Tile};
+use crate::bvh::{Bvh, Child, Node};
 use crate::simd::{Kernel, Lanes, SimdBase, SimdMask, dispatch, f32x8, lanes, load};
 
 /// Leaves wait here until their lines have come from memory; more than 4 does not help.
@@ -16,19 +16,73 @@ const WAITING: usize = 4;
 /// A node or leaf to visit.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// Nearest distance of its box.
+    /// Nearest distance of its box. Negative, also for zero, where `part` holds a [`Spot`].
     near: f32,
     child: Child,
-    /// The 8x8 blocks of the tile that it can cover.
-    blocks: u64,
+    /// The 8x8 blocks of the tile that it can cover, or the bytes of a spot.
+    part: u64,
+}
+
+/// Which pixels an [`Entry`] can cover.
+enum Part {
+    /// Those of some 8x8 blocks.
+    Blocks(u64),
+    /// A few.
+    Spot(Spot),
 }
 
 impl Entry {
     const NONE: Entry = Entry {
         near: 0.0,
         child: Child::NONE,
-        blocks: 0,
+        part: 0,
     };
+
+    /// An entry for child `i` of `node`, a survivor.
+    #[inline(always)]
+    fn new<const BY_PIXEL: bool>(node: &Node, survivors: &Survivors<BY_PIXEL>, i: usize) -> Entry {
+        let (near, child) = (survivors.near[i], node.children[i]);
+        if let Some(Spot([x0, x1, y0, y1])) = survivors.spot(i) {
+            return Entry {
+                near: -near,
+                child,
+                part: u64::from(u32::from_le_bytes([x0, x1, y0, y1])),
+            };
+        }
+        Entry {
+            near,
+            child,
+            part: survivors.block_mask(i),
+        }
+    }
+
+    #[inline(always)]
+    fn part(&self) -> Part {
+        if self.near.is_sign_negative() {
+            Part::Spot(Spot((self.part as u32).to_le_bytes()))
+        } else {
+            Part::Blocks(self.part)
+        }
+    }
+
+    /// The 8x8 blocks that it can cover.
+    #[inline(always)]
+    fn blocks(&self) -> u64 {
+        match self.part() {
+            Part::Blocks(blocks) => blocks,
+            Part::Spot(Spot(ends)) => block_mask(ends.map(|end| u32::from(end) / 8)),
+        }
+    }
+}
+
+/// True when every pixel of a spot holds something nearer than distance `near`.
+#[inline(always)]
+fn is_hidden(tile: &Tile, Spot(ends): Spot, near: f32) -> bool {
+    let [x0, x1, y0, y1] = ends.map(usize::from);
+    let z = |x, y| tile.z[TABLES.pixel(x, y)];
+    let lowest = (z(x0, y0).min(z(x1, y0))).min(z(x0, y1).min(z(x1, y1)));
+    // Both are rounded, and what could tie must not be hidden.
+    lowest * near > 1.0001
 }
 
 /// How far each 8x8 block of a tile can be seen. Old values are too large, never too small.
@@ -205,7 +259,7 @@ impl Tracer {
         let mut watch = Stopwatch::start::<P>();
         let blocks = blocks_in_picture(space);
         *horizon = Horizon::open_in(blocks);
-        let frustum = Frustum::new(space);
+        let frustum = &Frustum::new(space);
         let mut context = LeafContext {
             space,
             file_ids: &bvh.file_ids,
@@ -216,7 +270,7 @@ impl Tracer {
         stack[0] = Entry {
             near: 0.0,
             child: Child::node(0),
-            blocks,
+            part: blocks,
         };
         let mut depth = 1;
         // A ring of leaves that wait.
@@ -245,17 +299,21 @@ impl Tracer {
                 }
                 entry
             };
-            if !horizon.sees(simd, entry.near, entry.blocks, tile) {
+            let seen = match entry.part() {
+                Part::Blocks(blocks) => horizon.sees(simd, entry.near, blocks, tile),
+                Part::Spot(spot) => !is_hidden(tile, spot, -entry.near),
+            };
+            if !seen {
                 continue;
             }
             if P::COUNTS {
-                count_visit(tile, entry.blocks);
+                count_visit(tile, entry.blocks());
             }
             if leaf_next {
                 // Where much turns out to be hidden it pays to know each block as it is now.
                 context.overdrawn |= scratch.lost > 64 && scratch.lost > scratch.won;
                 if context.overdrawn {
-                    let mut old = horizon.dirty & entry.blocks;
+                    let mut old = horizon.dirty & entry.blocks();
                     while old != 0 {
                         horizon.renew(simd, old.trailing_zeros() as usize, tile);
                         old &= old - 1;
@@ -274,32 +332,46 @@ impl Tracer {
             let node = &bvh.nodes[entry.child.index()];
             // Where every fourth leaf lies between the pixels, so do boxes; elsewhere it does not pay to ask.
             by_pixel |= scratch.missed > 16 && scratch.missed > scratch.leaves / 4;
-            let survivors = frustum.test(simd, node, horizon.tile_far, by_pixel);
             if depth + 8 > stack.len() {
                 stack.resize(2 * stack.len(), Entry::NONE);
             }
-            let keys = f32x8::load_array_ref(simd, &survivors.order);
-            let mut left = survivors.mask;
-            while left != 0 {
-                let i = left.trailing_zeros() as usize & 7;
-                left &= left - 1;
-                let child = node.children[i];
-                bvh.prefetch(child);
-                // First on top: as deep as there are later ones; of equals, the one with the higher number lies deeper.
-                let key = f32x8::splat(simd, survivors.order[i]);
-                let later = keys.simd_gt(key).to_bitmask() as u32;
-                let not_before = keys.simd_ge(key).to_bitmask() as u32;
-                let below = (later | not_before & (u32::MAX << i << 1)) & survivors.mask;
-                stack[depth + below.count_ones() as usize] = Entry {
-                    near: survivors.near[i],
-                    child,
-                    blocks: survivors.block_mask(i),
-                };
-            }
-            depth += survivors.mask.count_ones() as usize;
+            let stack = &mut stack[depth..];
+            depth += if by_pixel {
+                push_children::<S, true>(simd, bvh, frustum, node, horizon.tile_far, stack)
+            } else {
+                push_children::<S, false>(simd, bvh, frustum, node, horizon.tile_far, stack)
+            };
         }
         stages.traversal += watch.lap::<P>();
     }
+}
+
+/// Puts the children of `node` that `frustum` meets up to the distance `far` on a stack with room for 8, the nearest
+/// on top; how many there are. `BY_PIXEL`: see [`Frustum::test`].
+#[inline(always)]
+fn push_children<S: Lanes, const BY_PIXEL: bool>(
+    simd: S,
+    bvh: &Bvh,
+    frustum: &Frustum,
+    node: &Node,
+    far: f32,
+    stack: &mut [Entry],
+) -> usize {
+    let survivors = frustum.test::<S, BY_PIXEL>(simd, node, far);
+    let keys = f32x8::load_array_ref(simd, &survivors.order);
+    let mut left = survivors.mask;
+    while left != 0 {
+        let i = left.trailing_zeros() as usize & 7;
+        left &= left - 1;
+        bvh.prefetch(node.children[i]);
+        // First on top: as deep as there are later ones; of equals, the one with the higher number lies deeper.
+        let key = f32x8::splat(simd, survivors.order[i]);
+        let later = keys.simd_gt(key).to_bitmask() as u32;
+        let not_before = keys.simd_ge(key).to_bitmask() as u32;
+        let below = (later | not_before & (u32::MAX << i << 1)) & survivors.mask;
+        stack[below.count_ones() as usize] = Entry::new::<BY_PIXEL>(node, &survivors, i);
+    }
+    survivors.mask.count_ones() as usize
 }
 
 /// The 8x8 blocks of a tile that have a pixel in the picture, as bits, row by row.

@@ -133,11 +133,29 @@ fn random_scenes() {
 #[test]
 fn more_triangles_than_pixels_in_pictures_of_odd_sizes() {
     let renderers = renderers();
-    let scene = scene(ball(&mut Random::new(3), 150, 0.01, Vec3::ZERO));
+    let mut random = Random::new(3);
+    let ball = ball(&mut random, 150, 0.01, Vec3::ZERO);
+    // Small triangles in front of and behind each other: their boxes overlap along the way.
+    let cloud = (0..20_000).map(|_| {
+        let middle = random.point();
+        [(); 3].map(|()| middle + random.point() * 0.03)
+    });
     let camera = look_at(Vec3::new(0.5, 0.4, 3.5), Vec3::ZERO, 0.4, 1.3);
-    for size in [(20, 15), (65, 3), (1, 70)] {
-        let hit = compare(&renderers, &format!("{size:?}"), &scene, &camera, size);
-        assert!(hit > 0 && hit < scene.triangles.len(), "{size:?}: {hit}");
+    for (name, triangles) in [("ball", ball), ("cloud", cloud.collect())] {
+        let scene = scene(triangles);
+        for size in [(20, 15), (9, 7), (65, 3), (1, 70)] {
+            let hit = compare(
+                &renderers,
+                &format!("{name} {size:?}"),
+                &scene,
+                &camera,
+                size,
+            );
+            assert!(
+                hit > 0 && hit < scene.triangles.len(),
+                "{name} {size:?}: {hit}"
+            );
+        }
     }
 }
 

@@ -55,11 +55,22 @@ struct Loading {
     since: Instant,
 }
 
-/// What was known of the scene on screen when another one was asked for.
-struct Before {
+/// What is known of the scene on screen.
+struct Known {
     source: Source,
     written: Option<Arc<Vec<u8>>>,
     stamp: Option<Stamp>,
+}
+
+impl Known {
+    /// The scene was saved: the file has what is on screen, unless another program changed it just before.
+    fn saved(&mut self, Saved { path, text, from }: Saved) {
+        self.source = Source::File(path);
+        let is_on_screen = from == self.stamp;
+        self.written = is_on_screen.then(|| Arc::new(text));
+        // No stamp is one that no file has: it is to be read.
+        self.stamp = Stamp::of(&self.source).filter(|_| is_on_screen);
+    }
 }
 
 /// The open scene.
@@ -72,7 +83,7 @@ pub struct Opener {
     /// Some scene has been shown.
     has_any: bool,
     /// While `source` has not been shown: the one before, which has.
-    before: Option<Before>,
+    before: Option<Known>,
     /// So many percent are there of a better tree of it.
     improving: Option<u8>,
     error: Option<Vec<Line>>,
@@ -118,10 +129,17 @@ impl Opener {
         }
     }
 
-    /// What the title calls it.
+    /// The name of the scene that was asked for last.
     #[must_use]
     pub fn name(&self) -> String {
         self.source.name()
+    }
+
+    /// The name of the scene on screen; of the first one before there is any.
+    #[must_use]
+    pub fn shown_name(&self) -> String {
+        let before = self.before.as_ref().map(|before| &before.source);
+        before.unwrap_or(&self.source).name()
     }
 
     /// Where the scene comes from that was asked for last.
@@ -164,7 +182,7 @@ impl Opener {
         let written = self.written.take();
         if std::mem::take(&mut self.is_shown) {
             let stamp = self.stamp;
-            self.before = Some(Before {
+            self.before = Some(Known {
                 source,
                 written,
                 stamp,
@@ -196,21 +214,28 @@ impl Opener {
     /// another text in it is.
     pub fn end_saving(&mut self, saved: Option<Saved>) {
         self.writers -= 1;
-        let Some(Saved { path, text, from }) = saved.filter(|_| self.is_shown) else {
+        let Some(saved) = saved else { return };
+        if !self.is_shown {
+            // Another one has been asked for; this one may be gone back to.
+            if let Some(before) = &mut self.before {
+                before.saved(saved);
+            }
             return;
+        }
+        let mut known = Known {
+            source: self.source.clone(),
+            written: None,
+            stamp: self.stamp,
         };
-        if from == self.stamp {
-            self.written = Some(Arc::new(text));
-        } else {
-            // Another program changed the text just before: it is not what is shown.
-            self.written = None;
+        let keeps_name = matches!(&self.source, Source::File(same) if *same == saved.path);
+        known.saved(saved);
+        (self.source, self.written, self.stamp) = (known.source, known.written, known.stamp);
+        if self.written.is_none() {
             self.reload_at = Some(Instant::now());
         }
-        if !matches!(&self.source, Source::File(same) if *same == path) {
-            self.source = Source::File(path);
+        if !keeps_name {
             self.watch();
         }
-        self.stamp = Stamp::of(&self.source);
     }
 
     /// The keys that cancel a load are called so.

@@ -408,7 +408,7 @@ impl Viewer {
 }
 
 fn title(opener: &Opener) -> String {
-    format!("{} - Ray Bomb 3D", opener.name())
+    format!("{} - Ray Bomb 3D", opener.shown_name())
 }
 
 fn physical(width: usize, height: usize) -> PhysicalSize<u32> {

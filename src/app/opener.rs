@@ -9,12 +9,15 @@ use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
 use super::save::{Saved, Stamp};
 use super::watch::Watch;
+use crate::demo;
 use crate::world::World;
 
 /// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
 const SETTLE: Duration = Duration::from_millis(60);
 /// A load that is done sooner is not spoken of.
 const PATIENCE: Duration = Duration::from_millis(150);
+/// A hand that is about to cancel a load does not see at once that it is done.
+const REACTION: Duration = Duration::from_millis(500);
 /// How often the time of a load is told anew.
 const TICK: Duration = Duration::from_millis(100);
 /// The most lines and letters of an error that are shown.
@@ -78,6 +81,8 @@ pub struct Opener {
     source: Source,
     loader: Loader,
     loading: Option<Loading>,
+    /// When a load ended that could have been cancelled, and said so.
+    loaded_at: Option<Instant>,
     /// The scene of `source` has been shown.
     is_shown: bool,
     /// Some scene has been shown.
@@ -113,6 +118,7 @@ impl Opener {
             source,
             loader: Loader::new(threads),
             loading: None,
+            loaded_at: None,
             is_shown: false,
             has_any: false,
             before: None,
@@ -277,6 +283,18 @@ impl Opener {
         true
     }
 
+    fn end_loading(&mut self, now: Instant) {
+        let told = self.loading.take().filter(|l| now >= l.since + PATIENCE);
+        self.loaded_at = told.filter(|_| self.has_any).map(|_| now);
+    }
+
+    /// True for a moment after a load that could have been cancelled: who wants to cancel it now comes too late, and
+    /// wants nothing else.
+    #[must_use]
+    pub fn was_just_loading(&self, now: Instant) -> bool {
+        self.loaded_at.is_some_and(|then| now < then + REACTION)
+    }
+
     /// Takes the error from the screen that is there, and goes on with the scene under it; false when there is none.
     pub fn dismiss(&mut self) -> bool {
         let is_there = self.error.take().is_some();
@@ -315,13 +333,16 @@ impl Opener {
                 None
             }
             Heard::Load(_, Told::Known) => {
-                self.loading = None;
+                self.end_loading(now);
                 self.error = None;
                 self.stamp = self.next_stamp;
                 None
             }
             Heard::Load(_, Told::Done(done)) => {
-                self.loading = None;
+                match done {
+                    Ok(_) => self.end_loading(now),
+                    Err(_) => self.loading = None,
+                }
                 Some(self.done(done))
             }
             Heard::Load(_, Told::Improving(percent)) => {
@@ -395,13 +416,19 @@ impl Opener {
         ])
     }
 
-    /// The next or the previous scene in the file's folder, by name, round and round.
+    /// The next or the previous scene in the file's folder, by name, round and round; of a demo, among the demos.
     #[must_use]
     pub fn neighbour(&self, forward: bool) -> Option<Source> {
-        let Source::File(path) = &self.source else {
-            return None;
-        };
-        neighbour(path, forward).map(Source::File)
+        match &self.source {
+            Source::File(path) => neighbour(path, forward).map(Source::File),
+            Source::Demo(shown) => {
+                let all = demo::all();
+                let at = all.iter().position(|demo| demo.name == shown.name)?;
+                let step = if forward { 1 } else { all.len() - 1 };
+                Some(Source::Demo(&all[(at + step) % all.len()]))
+            }
+            Source::Text { .. } => None,
+        }
     }
 }
 

@@ -302,6 +302,9 @@ impl Viewer {
             }),
             ElementState::Released => self.input.key_up(id),
         };
+        if action == Some(Action::Back) && self.opener.was_just_loading(Instant::now()) {
+            return self.tell("it is loaded already");
+        }
         self.act(action);
         if event.state == ElementState::Released {
             self.pace.let_go();

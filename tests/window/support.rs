@@ -358,9 +358,12 @@ impl<'a> Viewer<'a> {
 
     /// The window's pixels.
     pub fn grab(&self) -> Picture {
-        let output = self.desk.tool("xwd", &["-silent", "-id", &self.window]);
-        assert!(output.status.success(), "{output:?}");
-        Picture::from_xwd(&output.stdout)
+        // In vain where the window takes another size between xwd's two questions.
+        until("the window's pixels", || {
+            let output = self.desk.tool("xwd", &["-silent", "-id", &self.window]);
+            let is_whole = output.status.success();
+            is_whole.then(|| Picture::from_xwd(&output.stdout))
+        })
     }
 
     /// Waits until the window shows `expected`, to the bit.

@@ -208,6 +208,32 @@ fn a_save_while_another_file_is_loaded_is_known_when_that_is_cancelled() {
 }
 
 #[test]
+fn who_cancels_a_load_a_moment_too_late_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("a.txt");
+    std::fs::write(&file, GOOD).expect("written");
+    let (mut opener, heard) = opener(&file);
+    let load = |opener: &mut Opener, ms| {
+        let end = opener.loading.expect("a load").since + Duration::from_millis(ms);
+        loop {
+            let told = heard.recv_timeout(Duration::from_secs(20)).expect("a load");
+            if opener.hear(told, end).is_some() {
+                return end;
+            }
+        }
+    };
+    let end = load(&mut opener, 900);
+    assert!(!opener.was_just_loading(end), "it would have quit");
+    opener.begin().expect("a thread");
+    let end = load(&mut opener, 100);
+    assert!(!opener.was_just_loading(end), "nobody was told");
+    opener.begin().expect("a thread");
+    let end = load(&mut opener, 200);
+    assert!(opener.was_just_loading(end + Duration::from_millis(499)));
+    assert!(!opener.was_just_loading(end + Duration::from_millis(500)));
+}
+
+#[test]
 fn what_another_program_changed_just_before_a_save_is_loaded() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.txt");
@@ -280,4 +306,19 @@ fn neighbours_go_round_by_name() {
     // The file itself may be gone.
     assert_eq!(neighbour(&path("bb.txt"), false), Some(path("b.txt")));
     assert_eq!(neighbour(Path::new("none/a.txt"), true), None);
+}
+
+#[test]
+fn the_neighbours_of_a_demo_are_the_other_demos() {
+    let all = demo::all();
+    let neighbour = |at: usize, forward| {
+        let opener = Opener::new(Source::Demo(&all[at]), 1, |_| {});
+        match opener.neighbour(forward) {
+            Some(Source::Demo(demo)) => demo.name,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(neighbour(0, true), all[1].name);
+    assert_eq!(neighbour(0, false), all[all.len() - 1].name);
+    assert_eq!(neighbour(all.len() - 1, true), all[0].name);
 }

@@ -227,7 +227,7 @@ mod tests {
         };
         let said = "cost: 512 tests are white; F5 shows the view";
         assert_eq!(scaled(&mut s), said);
-        s.apply(Action::ShowRightView(ViewMode::Cost));
+        s.apply(Action::ShowView(ViewMode::Cost));
         assert_eq!(scaled(&mut s), "cost: 256 tests are white");
     }
 }

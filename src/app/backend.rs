@@ -35,6 +35,14 @@ pub fn no_window(error: &impl ToString) -> AppError {
     AppError::NoWindow { why: why.into() }
 }
 
+/// What winit panicked with, for people: where the connection to an X server is broken, Rust's debug output says so.
+pub fn panic_in_words(panicked: String) -> String {
+    match panicked.split_once(": Connection(") {
+        Some(_) => "the connection to the display is broken".into(),
+        None => panicked,
+    }
+}
+
 /// Runs `work`, and turns a panic into its message: winit panics on X servers that lack an extension, and about windows
 /// that are gone.
 pub fn quietly<R>(work: impl FnOnce() -> R) -> Result<R, String> {
@@ -128,6 +136,14 @@ mod tests {
         };
         assert_eq!(why("os error at src/x.rs:7: no X: none"), "no X: none");
         assert_eq!(why("os error"), "os error");
+    }
+
+    #[test]
+    fn a_panic_over_a_broken_connection_is_put_in_words() {
+        let words = |panicked: &str| panic_in_words(panicked.into());
+        let broken = "Failed to set cursor: Connection(IoError(Custom { kind: Other, error: UnknownError }))";
+        assert_eq!(words(broken), "the connection to the display is broken");
+        assert_eq!(words("Failed to set cursor"), "Failed to set cursor");
     }
 
     #[test]

@@ -340,6 +340,12 @@ impl Journal {
         written
     }
 
+    /// Whether moves would be offered if the program ended now.
+    #[must_use]
+    pub fn keeps_any(&self) -> bool {
+        self.held.is_some() || self.stale.is_some()
+    }
+
     /// There is nothing to lose.
     pub fn forget(&mut self) {
         let all = self.held.take().into_iter().chain(self.stale.take());

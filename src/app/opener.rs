@@ -9,12 +9,15 @@ use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
 use super::save::{Saved, Stamp};
 use super::watch::Watch;
+use crate::demo;
 use crate::world::World;
 
 /// A file that is saved may be written in several goes: it is read when it has been left alone for so long.
 const SETTLE: Duration = Duration::from_millis(60);
 /// A load that is done sooner is not spoken of.
 const PATIENCE: Duration = Duration::from_millis(150);
+/// A hand that is about to cancel a load does not see at once that it is done.
+const REACTION: Duration = Duration::from_millis(500);
 /// How often the time of a load is told anew.
 const TICK: Duration = Duration::from_millis(100);
 /// The most lines and letters of an error that are shown.
@@ -55,11 +58,22 @@ struct Loading {
     since: Instant,
 }
 
-/// What was known of the scene on screen when another one was asked for.
-struct Before {
+/// What is known of the scene on screen.
+struct Known {
     source: Source,
     written: Option<Arc<Vec<u8>>>,
     stamp: Option<Stamp>,
+}
+
+impl Known {
+    /// The scene was saved: the file has what is on screen, unless another program changed it just before.
+    fn saved(&mut self, Saved { path, text, from }: Saved) {
+        self.source = Source::File(path);
+        let is_on_screen = from == self.stamp;
+        self.written = is_on_screen.then(|| Arc::new(text));
+        // No stamp is one that no file has: it is to be read.
+        self.stamp = Stamp::of(&self.source).filter(|_| is_on_screen);
+    }
 }
 
 /// The open scene.
@@ -67,12 +81,14 @@ pub struct Opener {
     source: Source,
     loader: Loader,
     loading: Option<Loading>,
+    /// When a load ended that could have been cancelled, and said so.
+    loaded_at: Option<Instant>,
     /// The scene of `source` has been shown.
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
     /// While `source` has not been shown: the one before, which has.
-    before: Option<Before>,
+    before: Option<Known>,
     /// So many percent are there of a better tree of it.
     improving: Option<u8>,
     error: Option<Vec<Line>>,
@@ -102,6 +118,7 @@ impl Opener {
             source,
             loader: Loader::new(threads),
             loading: None,
+            loaded_at: None,
             is_shown: false,
             has_any: false,
             before: None,
@@ -118,10 +135,17 @@ impl Opener {
         }
     }
 
-    /// What the title calls it.
+    /// The name of the scene that was asked for last.
     #[must_use]
     pub fn name(&self) -> String {
         self.source.name()
+    }
+
+    /// The name of the scene on screen; of the first one before there is any.
+    #[must_use]
+    pub fn shown_name(&self) -> String {
+        let before = self.before.as_ref().map(|before| &before.source);
+        before.unwrap_or(&self.source).name()
     }
 
     /// Where the scene comes from that was asked for last.
@@ -164,7 +188,7 @@ impl Opener {
         let written = self.written.take();
         if std::mem::take(&mut self.is_shown) {
             let stamp = self.stamp;
-            self.before = Some(Before {
+            self.before = Some(Known {
                 source,
                 written,
                 stamp,
@@ -196,21 +220,28 @@ impl Opener {
     /// another text in it is.
     pub fn end_saving(&mut self, saved: Option<Saved>) {
         self.writers -= 1;
-        let Some(Saved { path, text, from }) = saved.filter(|_| self.is_shown) else {
+        let Some(saved) = saved else { return };
+        if !self.is_shown {
+            // Another one has been asked for; this one may be gone back to.
+            if let Some(before) = &mut self.before {
+                before.saved(saved);
+            }
             return;
+        }
+        let mut known = Known {
+            source: self.source.clone(),
+            written: None,
+            stamp: self.stamp,
         };
-        if from == self.stamp {
-            self.written = Some(Arc::new(text));
-        } else {
-            // Another program changed the text just before: it is not what is shown.
-            self.written = None;
+        let keeps_name = matches!(&self.source, Source::File(same) if *same == saved.path);
+        known.saved(saved);
+        (self.source, self.written, self.stamp) = (known.source, known.written, known.stamp);
+        if self.written.is_none() {
             self.reload_at = Some(Instant::now());
         }
-        if !matches!(&self.source, Source::File(same) if *same == path) {
-            self.source = Source::File(path);
+        if !keeps_name {
             self.watch();
         }
-        self.stamp = Stamp::of(&self.source);
     }
 
     /// The keys that cancel a load are called so.
@@ -252,6 +283,18 @@ impl Opener {
         true
     }
 
+    fn end_loading(&mut self, now: Instant) {
+        let told = self.loading.take().filter(|l| now >= l.since + PATIENCE);
+        self.loaded_at = told.filter(|_| self.has_any).map(|_| now);
+    }
+
+    /// True for a moment after a load that could have been cancelled: who wants to cancel it now comes too late, and
+    /// wants nothing else.
+    #[must_use]
+    pub fn was_just_loading(&self, now: Instant) -> bool {
+        self.loaded_at.is_some_and(|then| now < then + REACTION)
+    }
+
     /// Takes the error from the screen that is there, and goes on with the scene under it; false when there is none.
     pub fn dismiss(&mut self) -> bool {
         let is_there = self.error.take().is_some();
@@ -290,13 +333,16 @@ impl Opener {
                 None
             }
             Heard::Load(_, Told::Known) => {
-                self.loading = None;
+                self.end_loading(now);
                 self.error = None;
                 self.stamp = self.next_stamp;
                 None
             }
             Heard::Load(_, Told::Done(done)) => {
-                self.loading = None;
+                match done {
+                    Ok(_) => self.end_loading(now),
+                    Err(_) => self.loading = None,
+                }
                 Some(self.done(done))
             }
             Heard::Load(_, Told::Improving(percent)) => {
@@ -370,13 +416,19 @@ impl Opener {
         ])
     }
 
-    /// The next or the previous scene in the file's folder, by name, round and round.
+    /// The next or the previous scene in the file's folder, by name, round and round; of a demo, among the demos.
     #[must_use]
     pub fn neighbour(&self, forward: bool) -> Option<Source> {
-        let Source::File(path) = &self.source else {
-            return None;
-        };
-        neighbour(path, forward).map(Source::File)
+        match &self.source {
+            Source::File(path) => neighbour(path, forward).map(Source::File),
+            Source::Demo(shown) => {
+                let all = demo::all();
+                let at = all.iter().position(|demo| demo.name == shown.name)?;
+                let step = if forward { 1 } else { all.len() - 1 };
+                Some(Source::Demo(&all[(at + step) % all.len()]))
+            }
+            Source::Text { .. } => None,
+        }
     }
 }
 

@@ -76,6 +76,7 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
         Source::Text { .. } => (Path::new("."), "scene".into()),
         Source::Demo(demo) => (Path::new("."), demo.name.into()),
     };
+    let stem = unnumbered(&stem);
     let names = (1..=9999).map(|number| format!("{stem}-{number:04}.txt"));
     let saved = write_new(folder, names, |out| out.write_all(&text))?;
     let name = saved.ok_or_else(|| {
@@ -85,6 +86,20 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let here = folder == Path::new(".");
     let path = if here { name.into() } else { folder.join(name) };
     Ok(Saved { path, text, from })
+}
+
+/// The name without the number that a save under a new name gave it: the next one counts on.
+fn unnumbered(stem: &str) -> &str {
+    match stem.rsplit_once('-') {
+        Some((name, number))
+            if !name.is_empty()
+                && number.len() == 4
+                && number.bytes().all(|b| b.is_ascii_digit()) =>
+        {
+            name
+        }
+        _ => stem,
+    }
 }
 
 #[cfg(test)]
@@ -118,9 +133,19 @@ mod tests {
         assert_eq!(new, folder.path().join("a.b-0001.txt"));
         assert_eq!(fs::read_to_string(&new).expect("read"), expected);
         assert_eq!(fs::read_to_string(&path).expect("read"), TEXT);
+        let again = save(&Source::File(new), &document(true)).expect("saved");
+        assert_eq!(again.path, folder.path().join("a.b-0002.txt"));
         let saved = save(&source, &document(false)).expect("saved");
         assert_eq!(saved.path, path);
         assert_eq!(fs::read_to_string(&path).expect("read"), expected);
+    }
+
+    #[test]
+    fn only_our_own_numbers_are_left_out_of_a_new_name() {
+        assert_eq!(unnumbered("gears-0012"), "gears");
+        for own in ["gears", "gears-12", "gears-001a", "-0001", "2026-1"] {
+            assert_eq!(unnumbered(own), own);
+        }
     }
 
     #[test]

@@ -40,16 +40,21 @@ impl Session {
         send: impl Fn(NextLine) + Send + 'static,
     ) -> Result<Session, AppError> {
         let broken = |what: &str, path: &Path, e: &io::Error| AppError::Broken {
-            why: format!("cannot {what} {}: {e}", path.display()),
+            why: match e.kind() {
+                io::ErrorKind::NotFound if what == "read" => {
+                    format!("cannot read {}: no such file", path.display())
+                }
+                _ => format!("cannot {what} {}: {e}", path.display()),
+            },
         };
         let mut session = Session::default();
         if let Some(path) = play {
-            let source: Box<dyn Read + Send> = if path == Path::new("-") {
-                Box::new(io::stdin())
+            let (source, name): (Box<dyn Read + Send>, _) = if path == Path::new("-") {
+                (Box::new(io::stdin()), "<stdin>".to_owned())
             } else {
-                Box::new(File::open(path).map_err(|e| broken("read", path, &e))?)
+                let file = File::open(path).map_err(|e| broken("read", path, &e))?;
+                (Box::new(file), path.display().to_string())
             };
-            let name = path.display().to_string();
             thread::Builder::new()
                 .name("script".into())
                 .spawn(move || read(source, &name, send))

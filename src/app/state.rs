@@ -334,9 +334,7 @@ impl State {
             Action::NextRightView => self.next_right_view(),
             Action::ShowRightView(mode) => self.show_right_view(mode),
             Action::ScaleCost(factor) => self.scale_cost(factor),
-            Action::NextKernel => {
-                self.settings.kernel = next(&self.setting.kernels, self.settings.kernel);
-            }
+            Action::NextKernel => self.next_kernel(),
             Action::ToggleStatistics => self.statistics = !self.statistics,
             Action::ToggleAxes => self.axes = !self.axes,
             Action::Zoom(steps) => self.zoom = (self.zoom + steps).clamp(-MAX_ZOOM, MAX_ZOOM),

@@ -70,12 +70,24 @@ pub fn run(options: AppOptions) -> Result<(), AppError> {
     let event_loop = backend::event_loop::<Message>()?;
     let mut viewer = Viewer::new(options, event_loop.create_proxy())?;
     let ended = run_loop(event_loop, &mut viewer);
-    viewer.outcome.and(ended)
+    let keeps_moves = viewer.journal.keeps_any();
+    viewer.outcome.and(ended).map_err(|e| match e {
+        AppError::Broken { why } if keeps_moves => AppError::Broken {
+            why: format!("{why}; the moves are kept, and offered at the next start"),
+        },
+        other => other,
+    })
 }
 
 fn run_loop(event_loop: EventLoop<Message>, viewer: &mut Viewer) -> Result<(), AppError> {
-    event_loop.run_app(viewer).map_err(|e| AppError::Broken {
-        why: format!("the window system failed: {e}"),
+    let ended = panics::catch_winits(|| event_loop.run_app(viewer));
+    let why = match ended {
+        Ok(Ok(())) => return Ok(()),
+        Ok(Err(e)) => e.to_string(),
+        Err(panicked) => backend::panic_in_words(panicked),
+    };
+    Err(AppError::Broken {
+        why: format!("the window system failed: {why}"),
     })
 }
 
@@ -290,6 +302,9 @@ impl Viewer {
             }),
             ElementState::Released => self.input.key_up(id),
         };
+        if action == Some(Action::Back) && self.opener.was_just_loading(Instant::now()) {
+            return self.tell("it is loaded already");
+        }
         self.act(action);
         if event.state == ElementState::Released {
             self.pace.let_go();
@@ -396,7 +411,7 @@ impl Viewer {
 }
 
 fn title(opener: &Opener) -> String {
-    format!("{} - Ray Bomb 3D", opener.name())
+    format!("{} - Ray Bomb 3D", opener.shown_name())
 }
 
 fn physical(width: usize, height: usize) -> PhysicalSize<u32> {

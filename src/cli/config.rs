@@ -176,6 +176,15 @@ impl Reader {
         });
     }
 
+    /// `name` is known, but not outside of `table`.
+    fn misplaced(&mut self, span: Range<usize>, name: &str, table: &str) {
+        self.mistakes.push(Mistake {
+            span,
+            message: format!("{name} is in no table"),
+            help: Some(format!("it belongs under a line [{table}]")),
+        });
+    }
+
     fn file(&mut self, file: &DeTable<'_>) {
         for (name, value) in in_order(file) {
             let table = value.get_ref().as_table();
@@ -184,6 +193,12 @@ impl Reader {
                 ("options", Some(options)) => self.options(options),
                 (known, None) if TABLES.contains(&known) => {
                     self.mistake(value.span(), format!("{known} must be a table: [{known}]"));
+                }
+                (option, None) if OPTIONS.contains(&option) => {
+                    self.misplaced(name.span(), option, "options");
+                }
+                (key, None) if app::names_of_keys().any(|known| known == key) => {
+                    self.misplaced(name.span(), key, "keys");
                 }
                 (unknown, _) => {
                     let known = TABLES.map(str::to_owned);
@@ -410,6 +425,16 @@ mod tests {
                 "there is no table called \"option\" / is \"options\" meant?",
             ),
             ("keys = 1", "1", "keys must be a table: [keys]"),
+            (
+                "aa = 1",
+                "aa",
+                "aa is in no table / it belongs under a line [options]",
+            ),
+            (
+                "quit = 'x'",
+                "quit",
+                "quit is in no table / it belongs under a line [keys]",
+            ),
             (
                 "[options]\nplay = true",
                 "play",

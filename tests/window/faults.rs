@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::sessions::{rendered, settled};
-use crate::support::{Desk, SCENE};
+use crate::support::{Desk, SCENE, Viewer};
 
 const FAULT_TOLD: &str = "a picture failed: a fault was asked for";
 
@@ -221,6 +221,36 @@ fn a_server_that_is_killed_ends_the_program_with_1_and_a_word() {
         "X connection to",
     ];
     assert!(clear.iter().any(|words| text.contains(words)), "{text}");
+}
+
+#[test]
+fn a_server_that_dies_in_the_middle_of_an_event_is_told_in_a_line() {
+    let Some(desk) = Desk::new() else { return };
+    let proxy = desk.proxy();
+    for moves in [false, true] {
+        let mut command = desk.program();
+        command.args(["view", "scene.txt", "--size", "320x240"]);
+        let mut viewer = Viewer::start(&desk, command.env("DISPLAY", &proxy.display));
+        viewer.shows(&desk.still(), "at start");
+        viewer.keys(if moves { &["x", "Tab"] } else { &["Tab"] });
+        let to = |x: &str| viewer.hand(&["mousemove", "--window", "WINDOW", x, "50"]);
+        // Onto the divider and away from it.
+        to("160");
+        to("40");
+        viewer.rests("two sides");
+        proxy.go_deaf();
+        // winit gives the mouse another shape, and panics when it cannot.
+        to("160");
+        let status = viewer.ends();
+        let words = viewer.words();
+        assert_eq!(status.code(), Some(1), "{words:?}");
+        let mut clear =
+            "error: the window system failed: the connection to the display is broken".to_owned();
+        if moves {
+            clear += "; the moves are kept, and offered at the next start";
+        }
+        assert_eq!(words, [clear]);
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod managed;
 mod opening;
 mod picture;
 mod playing;
+mod proxy;
 mod recording;
 mod refining;
 mod remembered;

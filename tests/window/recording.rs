@@ -115,9 +115,14 @@ fn the_bar_takes_the_film_to_the_frame_under_the_mouse() {
     viewer.changes_from(&still, "the bar");
     viewer.hand(&["mousedown", "1"]);
     viewer.hand(&["mousemove", "--window", "WINDOW", "14", "225"]);
-    viewer.hand(&["mouseup", "1"]);
     viewer.hand(&["mousemove", "--window", "WINDOW", "14", "100"]);
     let first = desk.render(&["--size", "320x240", "--frame", "0"]);
+    assert!(
+        viewer.rests("the bar held") != first,
+        "it stays in the hand"
+    );
+    viewer.hand(&["mouseup", "1"]);
+    viewer.hand(&["mousemove", "--window", "WINDOW", "14", "90"]);
     viewer.shows(&first, "frame 0");
     viewer.keys(&["period", "Right", "period"]);
     let frame = desk.render(&["--size", "320x240", "--frame", "17"]);

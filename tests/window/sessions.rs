@@ -172,6 +172,19 @@ fn a_bad_line_ends_the_program_and_names_its_place() {
     let words = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
     assert!(words.contains("bad.txt:2: orbit: needs pixels"), "{words}");
+    for (script, said) in [
+        ("none.txt", "error: cannot read none.txt: no such file"),
+        ("-", "error: <stdin>:1: dance: is no action"),
+    ] {
+        let mut command = desk.program();
+        command.args(["view", "scene.txt", "--play-actions", script]);
+        let mut viewer = Viewer::run(&desk, &mut command);
+        if script == "-" {
+            viewer.tell("dance");
+        }
+        assert_eq!(viewer.ends().code(), Some(1));
+        assert_eq!(viewer.says(0), said);
+    }
 }
 
 #[test]

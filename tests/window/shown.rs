@@ -153,7 +153,8 @@ fn v_shows_the_next_view_and_k_the_same_picture_by_another_kernel() {
     }
     let depth = viewer.grab();
     viewer.keys(&["k"]);
-    assert!(viewer.rests("after k") == depth);
+    viewer.changes_from(&depth, "the kernel's name");
+    viewer.shows(&depth, "the same picture without it");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 pub use crate::picture::Picture;
+use crate::proxy::Proxy;
 use crate::x11::Client;
 
 /// A pyramid and a floor behind a set camera, with three operations.
@@ -155,6 +156,11 @@ impl Desk {
         let output = self.tool("xwd", &["-silent", "-root"]);
         assert!(output.status.success(), "{output:?}");
         Picture::from_xwd(&output.stdout)
+    }
+
+    /// A display before the server's own.
+    pub fn proxy(&self) -> Proxy {
+        Proxy::to(&self.display)
     }
 
     /// A client of the server.
@@ -352,9 +358,12 @@ impl<'a> Viewer<'a> {
 
     /// The window's pixels.
     pub fn grab(&self) -> Picture {
-        let output = self.desk.tool("xwd", &["-silent", "-id", &self.window]);
-        assert!(output.status.success(), "{output:?}");
-        Picture::from_xwd(&output.stdout)
+        // In vain where the window takes another size between xwd's two questions.
+        until("the window's pixels", || {
+            let output = self.desk.tool("xwd", &["-silent", "-id", &self.window]);
+            let is_whole = output.status.success();
+            is_whole.then(|| Picture::from_xwd(&output.stdout))
+        })
     }
 
     /// Waits until the window shows `expected`, to the bit.

@@ -165,6 +165,75 @@ fn what_we_save_ourselves_is_not_loaded_and_what_others_save_is() {
 }
 
 #[test]
+fn a_save_while_another_file_is_loaded_is_known_when_that_is_cancelled() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [file, other, new] = ["a.txt", "b.txt", "c.txt"].map(|name| folder.path().join(name));
+    for path in [&file, &other] {
+        std::fs::write(path, GOOD).expect("written");
+    }
+    let (mut opener, heard) = opener(&file);
+    outcome(&mut opener, &heard);
+    let save = |opener: &mut Opener, path: &PathBuf| {
+        opener.open(Source::File(other.clone())).expect("a thread");
+        opener.begin_saving();
+        let from = Stamp::of(&Source::File(file.clone()));
+        let text = format!("{GOOD} # {}", path.display()).into_bytes();
+        std::fs::write(path, &text).expect("written");
+        let path = path.clone();
+        opener.end_saving(Some(Saved { path, text, from }));
+        assert_eq!(opener.name(), other.display().to_string());
+    };
+    save(&mut opener, &file);
+    assert_eq!(opener.shown_name(), file.display().to_string());
+    assert!(opener.cancel());
+    assert_eq!(opener.reload_at, None);
+    // Under a new name that is the scene's own from then on.
+    save(&mut opener, &new);
+    assert!(opener.cancel());
+    assert_eq!(opener.name(), new.display().to_string());
+    assert_eq!(opener.reload_at, None);
+    // Changed by another program in between.
+    opener.open(Source::File(other.clone())).expect("a thread");
+    opener.begin_saving();
+    let (path, text) = (new.clone(), GOOD.into());
+    std::fs::write(&path, GOOD).expect("written");
+    let from = None;
+    opener.end_saving(Some(Saved { path, text, from }));
+    assert!(opener.cancel());
+    let again = outcome(&mut opener, &heard);
+    assert!(
+        matches!(again, Outcome::Show { again: true, .. }),
+        "{again:?}"
+    );
+}
+
+#[test]
+fn who_cancels_a_load_a_moment_too_late_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("a.txt");
+    std::fs::write(&file, GOOD).expect("written");
+    let (mut opener, heard) = opener(&file);
+    let load = |opener: &mut Opener, ms| {
+        let end = opener.loading.expect("a load").since + Duration::from_millis(ms);
+        loop {
+            let told = heard.recv_timeout(Duration::from_secs(20)).expect("a load");
+            if opener.hear(told, end).is_some() {
+                return end;
+            }
+        }
+    };
+    let end = load(&mut opener, 900);
+    assert!(!opener.was_just_loading(end), "it would have quit");
+    opener.begin().expect("a thread");
+    let end = load(&mut opener, 100);
+    assert!(!opener.was_just_loading(end), "nobody was told");
+    opener.begin().expect("a thread");
+    let end = load(&mut opener, 200);
+    assert!(opener.was_just_loading(end + Duration::from_millis(499)));
+    assert!(!opener.was_just_loading(end + Duration::from_millis(500)));
+}
+
+#[test]
 fn what_another_program_changed_just_before_a_save_is_loaded() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.txt");
@@ -237,4 +306,19 @@ fn neighbours_go_round_by_name() {
     // The file itself may be gone.
     assert_eq!(neighbour(&path("bb.txt"), false), Some(path("b.txt")));
     assert_eq!(neighbour(Path::new("none/a.txt"), true), None);
+}
+
+#[test]
+fn the_neighbours_of_a_demo_are_the_other_demos() {
+    let all = demo::all();
+    let neighbour = |at: usize, forward| {
+        let opener = Opener::new(Source::Demo(&all[at]), 1, |_| {});
+        match opener.neighbour(forward) {
+            Some(Source::Demo(demo)) => demo.name,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(neighbour(0, true), all[1].name);
+    assert_eq!(neighbour(0, false), all[all.len() - 1].name);
+    assert_eq!(neighbour(all.len() - 1, true), all[0].name);
 }

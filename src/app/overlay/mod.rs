@@ -407,11 +407,10 @@ impl Layout {
             let letters = lines.iter().map(|l| of(l).chars().count()).max();
             i32::try_from(letters.unwrap_or(0)).unwrap_or(i32::MAX / 4096)
         };
-        let name_columns = match longest(|l| &l.name) {
-            0 => 0,
-            letters => letters + 2,
-        };
-        let columns = name_columns + longest(|l| &l.text);
+        let (names, texts) = (longest(|l| &l.name), longest(|l| &l.text));
+        let gap = if names > 0 && texts > 0 { 2 } else { 0 };
+        let name_columns = names + gap;
+        let columns = name_columns + texts;
         let rows = i32::try_from(lines.len()).unwrap_or(i32::MAX / 4096);
         let margin = cell_width;
         Layout {

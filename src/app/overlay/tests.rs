@@ -264,3 +264,11 @@ fn what_does_not_fit_says_so() {
     assert_eq!(cut(&lines, 7, (4, 1)), [Line::new("… 3…", "")]);
     assert_eq!(cut(&lines, 7, (-3, 9))[0], Line::new("…", "…"));
 }
+
+#[test]
+fn letters_alone_have_the_same_margin_on_both_sides() {
+    let columns = |line: Line| Layout::of(&[line], 16, (1, 1)).rect.width - 2;
+    assert_eq!(columns(Line::new("recording", "")), 9);
+    assert_eq!(columns(Line::new("", "saved a.txt")), 11);
+    assert_eq!(columns(Line::new("fps", "60")), 3 + 2 + 2);
+}

@@ -71,9 +71,10 @@ impl State {
         self.say(line);
     }
 
-    /// The mouse is at a place: near the lower border the bar is shown while it moves.
-    pub fn pointed_at(&mut self, place: (f64, f64)) {
-        let near = self.bar().is_some_and(|bar| bar.contains(place));
+    /// The mouse is at a place: near the lower border the bar is shown while it moves, and wherever it is while it
+    /// `holds` the bar.
+    pub fn pointed_at(&mut self, place: (f64, f64), holds: bool) {
+        let near = self.bar().is_some_and(|bar| holds || bar.contains(place));
         self.bar_until = near.then(|| self.now + BAR);
     }
 

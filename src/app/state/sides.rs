@@ -1,6 +1,7 @@
 //! How the picture is made, and the split view: two engines or views side by side.
 
 use super::{MODES, State, next};
+use crate::app::action::Action;
 use crate::app::side::Split;
 use crate::render::{COST_SCALE, Engine, Settings, ViewMode};
 
@@ -79,6 +80,12 @@ impl State {
         self.say(format!("engine: {}", word(self.settings.engine)));
     }
 
+    /// The picture stays the same to the bit: only words tell that something happened.
+    pub(super) fn next_kernel(&mut self) {
+        self.settings.kernel = next(&self.setting.kernels, self.settings.kernel);
+        self.say(format!("kernel: {}", self.settings.kernel.name()));
+    }
+
     /// Choosing for the right side opens the split view.
     pub(super) fn next_right_engine(&mut self) {
         if std::mem::replace(&mut self.halves.is_open, true) {
@@ -105,7 +112,12 @@ impl State {
             _ => "",
         };
         let scale = self.settings.cost_scale;
-        self.say(format!("cost: {scale} tests are white{usual}"));
+        let view = Action::ShowView(ViewMode::Cost);
+        let unseen = match self.keymap.chord_of(view) {
+            Some(chord) if !self.wish().shows_cost() => format!("; {chord} shows the view"),
+            _ => String::new(),
+        };
+        self.say(format!("cost: {scale} tests are white{usual}{unseen}"));
     }
 }
 
@@ -204,5 +216,18 @@ mod tests {
             s.apply(Action::ScaleCost(2.0));
         }
         assert_eq!(s.wish().settings.cost_scale, MAX_COST_SCALE);
+    }
+
+    #[test]
+    fn scaling_the_cost_map_that_is_not_shown_tells_how_to_see_it() {
+        let mut s = state();
+        let scaled = |s: &mut State| {
+            s.apply(Action::ScaleCost(0.5));
+            s.overlay().message.expect("a message")
+        };
+        let said = "cost: 512 tests are white; F5 shows the view";
+        assert_eq!(scaled(&mut s), said);
+        s.apply(Action::ShowView(ViewMode::Cost));
+        assert_eq!(scaled(&mut s), "cost: 256 tests are white");
     }
 }

@@ -77,6 +77,8 @@ fn views_and_kernels_go_round() {
     assert_eq!(s.wish(), frame_wish(32));
     s.apply(Action::NextKernel);
     assert_eq!(s.wish().settings.kernel, Kernel::Scalar);
+    // Nothing else tells: the picture is the same.
+    assert_eq!(s.overlay().message.as_deref(), Some("kernel: scalar"));
     s.apply(Action::NextKernel);
     assert_eq!(s.wish().settings.kernel, Kernel::Sse4);
 }

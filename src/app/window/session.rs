@@ -116,7 +116,7 @@ impl Viewer {
         let moved = self.input.cursor_moved(x, y, now);
         self.state.advance(now);
         if self.kiosk.is_none() {
-            self.state.pointed_at((x, y));
+            self.state.pointed_at((x, y), self.held == Held::Bar);
         }
         let action = match (self.held, self.state.bar()) {
             (Held::Bar, Some(bar)) => Some(Action::Seek(bar.frame_at(x))),

@@ -119,9 +119,9 @@ fn two_marks_make_a_loop_and_a_third_drops_it() {
 #[test]
 fn the_bar_shows_while_the_mouse_moves_near_it() {
     let mut s = state();
-    s.pointed_at((5.0, 5.0));
+    s.pointed_at((5.0, 5.0), false);
     assert_eq!(s.overlay().bar, None);
-    s.pointed_at((5.0, 45.0));
+    s.pointed_at((5.0, 45.0), false);
     let bar = s.overlay().bar.expect("near the border");
     assert_eq!((bar.frame, bar.frames_per_op), (32, 16));
     s.advance(ms(1999));
@@ -129,4 +129,6 @@ fn the_bar_shows_while_the_mouse_moves_near_it() {
     assert_eq!(s.next_change(), Some(ms(2000)));
     s.advance(ms(2000));
     assert_eq!(s.overlay().bar, None);
+    s.pointed_at((5.0, 5.0), true);
+    assert!(s.overlay().bar.is_some(), "held, the hand may stray");
 }

@@ -17,7 +17,7 @@ use crate::render::Samples;
 const QUIET: Duration = Duration::from_millis(70);
 /// The part of a refresh that a picture may take while a hand moves. What the hand does just after a picture was begun
 /// waits for that one and for the next: both together should not take much more than a refresh.
-const HAND_PART: f64 = 0.55;
+const HAND_PART: f64 = 0.5;
 
 /// What the window knows about the moment.
 #[derive(Clone, Copy, Debug)]

@@ -58,14 +58,24 @@ struct Loading {
     since: Instant,
 }
 
-/// What is known of the scene on screen.
+/// What is known of a scene that was asked for.
 struct Known {
     source: Source,
+    /// What we wrote to the file ourselves: the scene shown, with its moves.
     written: Option<Arc<Vec<u8>>>,
+    /// The file as it was before the scene shown was read from it.
     stamp: Option<Stamp>,
 }
 
 impl Known {
+    fn new(source: Source) -> Known {
+        Known {
+            source,
+            written: None,
+            stamp: None,
+        }
+    }
+
     /// The scene was saved: the file has what is on screen, unless another program changed it just before.
     fn saved(&mut self, Saved { path, text, from }: Saved) {
         self.source = Source::File(path);
@@ -78,25 +88,23 @@ impl Known {
 
 /// The open scene.
 pub struct Opener {
-    source: Source,
+    /// The one that was asked for last.
+    scene: Known,
     loader: Loader,
     loading: Option<Loading>,
     /// When a load ended that could have been cancelled, and said so.
     loaded_at: Option<Instant>,
-    /// The scene of `source` has been shown.
+    /// `scene` has been shown.
     is_shown: bool,
     /// Some scene has been shown.
     has_any: bool,
-    /// While `source` has not been shown: the one before, which has.
+    /// While it has not been shown: the one before, which has.
     before: Option<Known>,
     /// So many percent are there of a better tree of it.
     improving: Option<u8>,
     error: Option<Vec<Line>>,
     reload_at: Option<Instant>,
-    /// What we wrote to the file ourselves: the scene shown, with its moves.
-    written: Option<Arc<Vec<u8>>>,
-    /// The file as it was before the scene shown was read from it, and the same of the load under way.
-    stamp: Option<Stamp>,
+    /// As [`Known::stamp`], of the load under way.
     next_stamp: Option<Stamp>,
     /// What cancels a load.
     cancel_key: String,
@@ -115,7 +123,7 @@ impl Opener {
         tell: impl Fn(Heard) + Send + Sync + 'static,
     ) -> Opener {
         Opener {
-            source,
+            scene: Known::new(source),
             loader: Loader::new(threads),
             loading: None,
             loaded_at: None,
@@ -125,8 +133,6 @@ impl Opener {
             improving: None,
             error: None,
             reload_at: None,
-            written: None,
-            stamp: None,
             next_stamp: None,
             cancel_key: "Esc".to_owned(),
             writers: 0,
@@ -138,20 +144,19 @@ impl Opener {
     /// The name of the scene that was asked for last.
     #[must_use]
     pub fn name(&self) -> String {
-        self.source.name()
+        self.scene.source.name()
     }
 
     /// The name of the scene on screen; of the first one before there is any.
     #[must_use]
     pub fn shown_name(&self) -> String {
-        let before = self.before.as_ref().map(|before| &before.source);
-        before.unwrap_or(&self.source).name()
+        self.before.as_ref().unwrap_or(&self.scene).source.name()
     }
 
     /// Where the scene comes from that was asked for last.
     #[must_use]
     pub fn source(&self) -> &Source {
-        &self.source
+        &self.scene.source
     }
 
     /// True while a scene is on its way.
@@ -184,15 +189,9 @@ impl Opener {
     /// # Errors
     /// When the system gives no thread.
     pub fn open(&mut self, source: Source) -> Result<(), LoadError> {
-        let source = std::mem::replace(&mut self.source, source);
-        let written = self.written.take();
+        let before = std::mem::replace(&mut self.scene, Known::new(source));
         if std::mem::take(&mut self.is_shown) {
-            let stamp = self.stamp;
-            self.before = Some(Known {
-                source,
-                written,
-                stamp,
-            });
+            self.before = Some(before);
         }
         self.error = None;
         self.watch();
@@ -202,7 +201,7 @@ impl Opener {
     fn watch(&mut self) {
         self.watch = None;
         // A pipe is read once: what is written into it is no change.
-        if let Source::File(path) = &self.source
+        if let Source::File(path) = &self.scene.source
             && path.is_file()
         {
             let tell = Arc::clone(&self.tell);
@@ -220,23 +219,21 @@ impl Opener {
     /// another text in it is.
     pub fn end_saving(&mut self, saved: Option<Saved>) {
         self.writers -= 1;
-        let Some(saved) = saved else { return };
+        // While another one is loaded, this one may be gone back to.
+        let on_screen = if self.is_shown {
+            Some(&mut self.scene)
+        } else {
+            self.before.as_mut()
+        };
+        let (Some(saved), Some(on_screen)) = (saved, on_screen) else {
+            return;
+        };
+        let keeps_name = matches!(&on_screen.source, Source::File(same) if *same == saved.path);
+        on_screen.saved(saved);
         if !self.is_shown {
-            // Another one has been asked for; this one may be gone back to.
-            if let Some(before) = &mut self.before {
-                before.saved(saved);
-            }
             return;
         }
-        let mut known = Known {
-            source: self.source.clone(),
-            written: None,
-            stamp: self.stamp,
-        };
-        let keeps_name = matches!(&self.source, Source::File(same) if *same == saved.path);
-        known.saved(saved);
-        (self.source, self.written, self.stamp) = (known.source, known.written, known.stamp);
-        if self.written.is_none() {
+        if self.scene.written.is_none() {
             self.reload_at = Some(Instant::now());
         }
         if !keeps_name {
@@ -254,16 +251,16 @@ impl Opener {
     /// # Errors
     /// When the system gives no thread.
     pub fn begin(&mut self) -> Result<(), LoadError> {
-        self.open(self.source.clone())
+        self.open(self.scene.source.clone())
     }
 
     fn load(&mut self) -> Result<(), LoadError> {
         self.reload_at = None;
-        self.next_stamp = Stamp::of(&self.source);
+        self.next_stamp = Stamp::of(&self.scene.source);
         let tell = Arc::clone(&self.tell);
         let told = move |number, told| tell(Heard::Load(number, told));
         self.loader
-            .start(self.source.clone(), self.written.clone(), told)
+            .start(self.scene.source.clone(), self.scene.written.clone(), told)
             .map_err(|e| LoadError::Broken(format!("the system gives no thread: {e}")))?;
         self.loading = Some(Loading {
             stage: Stage::Reading(None),
@@ -309,12 +306,10 @@ impl Opener {
         let Some(before) = self.before.take() else {
             return;
         };
-        self.source = before.source;
-        self.written = before.written;
-        self.stamp = before.stamp;
+        self.scene = before;
         self.is_shown = true;
         self.watch();
-        let was_saved = Stamp::of(&self.source) != self.stamp;
+        let was_saved = Stamp::of(&self.scene.source) != self.scene.stamp;
         self.reload_at = was_saved.then(Instant::now);
     }
 
@@ -335,7 +330,7 @@ impl Opener {
             Heard::Load(_, Told::Known) => {
                 self.end_loading(now);
                 self.error = None;
-                self.stamp = self.next_stamp;
+                self.scene.stamp = self.next_stamp;
                 None
             }
             Heard::Load(_, Told::Done(done)) => {
@@ -361,8 +356,8 @@ impl Opener {
             Ok(loaded) => {
                 self.loader.show();
                 self.error = None;
-                self.written = None;
-                self.stamp = self.next_stamp;
+                self.scene.written = None;
+                self.scene.stamp = self.next_stamp;
                 self.has_any = true;
                 self.before = None;
                 self.improving = loaded.is_coarse.then_some(0);
@@ -419,7 +414,7 @@ impl Opener {
     /// The next or the previous scene in the file's folder, by name, round and round; of a demo, among the demos.
     #[must_use]
     pub fn neighbour(&self, forward: bool) -> Option<Source> {
-        match &self.source {
+        match &self.scene.source {
             Source::File(path) => neighbour(path, forward).map(Source::File),
             Source::Demo(shown) => {
                 let all = demo::all();

@@ -88,12 +88,14 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     Ok(Saved { path, text, from })
 }
 
-/// The name without the number that a save under a new name gave it: the next one counts on.
+/// The name without the number that a save under a new name gave it: the next one counts on. From 1000 on it may be a
+/// year.
 fn unnumbered(stem: &str) -> &str {
     match stem.rsplit_once('-') {
         Some((name, number))
             if !name.is_empty()
                 && number.len() == 4
+                && number.starts_with('0')
                 && number.bytes().all(|b| b.is_ascii_digit()) =>
         {
             name
@@ -143,7 +145,7 @@ mod tests {
     #[test]
     fn only_our_own_numbers_are_left_out_of_a_new_name() {
         assert_eq!(unnumbered("gears-0012"), "gears");
-        for own in ["gears", "gears-12", "gears-001a", "-0001", "2026-1"] {
+        for own in ["gears", "gears-12", "gears-001a", "gears-2026", "-0001"] {
             assert_eq!(unnumbered(own), own);
         }
     }

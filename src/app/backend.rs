@@ -37,9 +37,10 @@ pub fn no_window(error: &impl ToString) -> AppError {
 
 /// What winit panicked with, for people: where the connection to an X server is broken, Rust's debug output says so.
 pub fn panic_in_words(panicked: String) -> String {
-    match panicked.split_once(": Connection(") {
-        Some(_) => "the connection to the display is broken".into(),
-        None => panicked,
+    if panicked.contains(": Connection(") {
+        "the connection to the display is broken".into()
+    } else {
+        panicked
     }
 }
 

@@ -260,6 +260,14 @@ impl Source {
     }
 }
 
+/// Why something was not read.
+pub fn why_not(e: &io::Error) -> String {
+    match e.kind() {
+        io::ErrorKind::NotFound => "no such file".to_owned(),
+        _ => e.to_string(),
+    }
+}
+
 /// All bytes of a file.
 ///
 /// # Errors
@@ -272,9 +280,8 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, String> {
 fn read(path: &Path, watch: Watch<'_>) -> Result<Result<Vec<u8>, String>, Cancelled> {
     let length = match fs::metadata(path) {
         Ok(m) if m.is_dir() => return Ok(Err("it is a folder".to_owned())),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Err("no such file".to_owned())),
         Ok(m) => usize::try_from(m.len()).unwrap_or(usize::MAX),
-        Err(e) => return Ok(Err(e.to_string())),
+        Err(e) => return Ok(Err(why_not(&e))),
     };
     let mut text = Vec::new();
     let mut read_all = || -> io::Result<Result<(), Cancelled>> {

@@ -46,7 +46,8 @@ pub fn tell_in_one_line() {
     }));
 }
 
-/// Runs `work`, and turns a panic of winit's into its message. Needs [`tell_in_one_line`] before.
+/// Runs `work`, the whole loop of events, and turns a panic of winit's into its message; for a single call, where any
+/// panic is winit's, there is [`quietly`](super::backend::quietly). Needs [`tell_in_one_line`] before.
 ///
 /// # Panics
 /// On, when it is not winit's.

@@ -1,5 +1,6 @@
 //! The session's script and its recording, at work: files, threads and the settled picture's report.
 
+use std::fmt;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -9,6 +10,7 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::AppError;
+use super::loader::why_not;
 use super::pace::Pace;
 use super::script::{Line, Player, Recorder, read_line};
 use super::side::Side;
@@ -39,20 +41,15 @@ impl Session {
         record: Option<&Path>,
         send: impl Fn(NextLine) + Send + 'static,
     ) -> Result<Session, AppError> {
-        let broken = |what: &str, path: &Path, e: &io::Error| AppError::Broken {
-            why: match e.kind() {
-                io::ErrorKind::NotFound if what == "read" => {
-                    format!("cannot read {}: no such file", path.display())
-                }
-                _ => format!("cannot {what} {}: {e}", path.display()),
-            },
+        let broken = |what: &str, path: &Path, why: &dyn fmt::Display| AppError::Broken {
+            why: format!("cannot {what} {}: {why}", path.display()),
         };
         let mut session = Session::default();
         if let Some(path) = play {
             let (source, name): (Box<dyn Read + Send>, _) = if path == Path::new("-") {
                 (Box::new(io::stdin()), "<stdin>".to_owned())
             } else {
-                let file = File::open(path).map_err(|e| broken("read", path, &e))?;
+                let file = File::open(path).map_err(|e| broken("read", path, &why_not(&e)))?;
                 (Box::new(file), path.display().to_string())
             };
             thread::Builder::new()

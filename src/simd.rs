@@ -166,6 +166,14 @@ pub const fn lanes<S: Simd>() -> usize {
     <S::f32s as SimdBase<S>>::LEN
 }
 
+/// The number of each lane.
+pub const LANE_NUMBERS: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+/// All lanes, as [`bits`].
+pub const fn all_lanes<S: Simd>() -> u32 {
+    u32::MAX >> (32 - lanes::<S>())
+}
+
 /// The lanes of a mask as bits, lane 0 lowest.
 #[inline(always)]
 pub fn bits<S: Simd>(mask: S::mask32s) -> u32 {

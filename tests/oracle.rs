@@ -354,6 +354,25 @@ fn small_triangles_behind_each_other() {
     );
 }
 
+/// Every triangle of a leaf may cover every pixel: as many pairs of triangle and pixels as there can be.
+#[test]
+fn tilted_triangles_that_all_cover_a_small_picture() {
+    let renderers = renderers();
+    let mut random = Random::new(31);
+    let camera = look_at(Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO, 0.4, 1.0);
+    for seed in 0..30 {
+        let triangles = (0..16)
+            .map(|_| {
+                [(-3.9, -1.8), (3.9, -1.8), (0.0, 5.0)]
+                    .map(|(x, y)| Vec3::new(x, y, random.range(-2.0, 0.5)))
+            })
+            .collect();
+        let name = format!("seed {seed}");
+        let hit = compare(&renderers, &name, &scene(triangles), &camera, (16, 16));
+        assert_eq!(hit, 16 * 16, "{name}");
+    }
+}
+
 #[test]
 fn hard_scenes() {
     report_kernels();

@@ -7,7 +7,7 @@
 use super::exact::{self, PixelRay};
 use super::raster::SPECK;
 use super::space::{HALF, ROUNDOFF, TILE, Uvw};
-use super::tile::{BLOCKS, TABLES, Tile};
+use super::tile::{BLOCKS, PIXELS, TABLES, Tile};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, Select, SimdBase, SimdMask, VertexScratch, lanes, load, store};
 
@@ -21,24 +21,31 @@ pub const HIGH: usize = 13;
 pub const SURE: usize = 14;
 /// Row of the triangles' numbers in leaf order, as bits.
 pub const ID: usize = 15;
+/// Rows of the first column and row of pixels' centres in the triangles' screen boxes.
+pub const LOW_PIXEL: usize = 16;
+/// Rows of how many columns and rows follow on the first.
+pub const EXTENT: usize = 18;
+/// How many rows there are.
+const ROWS: usize = 20;
 
-/// Coefficients of up to 16 triangles, a lane each.
+/// Pairs of a unit and a small triangle of one leaf at most: 16 triangles in 16x16 pixels, four of these a unit.
+pub const MOST_PAIRS: usize = 1024;
+
+/// What is known of the triangles of a leaf, up to 16: a column each.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub struct Setup(pub [[f32; 16]; 16]);
+pub struct Setup(pub [[f32; 16]; ROWS]);
 
 /// Where a leaf's intermediate results live between leaves.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) vertices: VertexScratch,
     pub(super) setup: Setup,
-    /// First and last column, first and last row of each lane's screen box, in units.
-    pub(super) boxes: [[i32; 16]; 4],
-    /// First unit of each lane's screen box, see [`cover_unit`].
-    pub(super) first_unit: [u32; 16],
     /// 1/w at each place of the specks' common box: see [`super::raster::specks`].
     pub(super) speck_depths: [[f32; 16]; SPECK * SPECK],
-    /// Pairs of a unit and a small triangle in this tile that won a pixel.
+    /// Pairs of a unit and a small triangle of the leaf: 16 times the unit, and the triangle's column in `setup`.
+    pub(super) pairs: [u32; MOST_PAIRS + 16],
+    /// Those in this tile that won a pixel.
     pub(super) won: u32,
     /// Those that won none.
     pub(super) lost: u32,
@@ -52,10 +59,9 @@ impl Scratch {
     /// Nothing yet.
     pub const NEW: Scratch = Scratch {
         vertices: VertexScratch::NEW,
-        setup: Setup([[0.0; 16]; 16]),
-        boxes: [[0; 16]; 4],
-        first_unit: [0; 16],
+        setup: Setup([[0.0; 16]; ROWS]),
         speck_depths: [[0.0; 16]; SPECK * SPECK],
+        pairs: [0; MOST_PAIRS + 16],
         won: 0,
         lost: 0,
         leaves: 0,
@@ -68,8 +74,6 @@ impl Scratch {
 pub struct Job<'a> {
     /// The leaf.
     pub leaf: Leaf<'a>,
-    /// Place of lane 0's triangle in the leaf.
-    pub first: usize,
     /// The file's number of each triangle in leaf order.
     pub file_ids: &'a [u32],
     /// More pairs of a small triangle and pixels were hidden in this tile than seen.
@@ -88,10 +92,10 @@ pub struct Candidate<'a> {
 }
 
 impl Job<'_> {
-    /// The number, in leaf order, of a lane's triangle.
+    /// The number, in leaf order, of a triangle of the leaf.
     #[inline(always)]
     pub fn id(&self, lane: usize) -> u32 {
-        self.leaf.first_id() + (self.first + lane) as u32
+        self.leaf.first_id() + lane as u32
     }
 }
 
@@ -196,6 +200,32 @@ pub const fn rows_of_unit<S: Lanes>() -> usize {
     lanes::<S>() / 4
 }
 
+/// Where a unit is.
+#[derive(Clone, Copy)]
+pub struct Place<S: Lanes> {
+    /// The unit with its first pixel in column `4 * (unit % 16)` and row `unit / 16`.
+    unit: usize,
+    /// Where it starts in memory.
+    pub at: usize,
+    /// x′ and y′ of its pixels.
+    x: S::f32s,
+    y: S::f32s,
+}
+
+impl<S: Lanes> Place<S> {
+    /// Of a unit, taken modulo the number of these.
+    #[inline(always)]
+    pub fn of_unit(simd: S, unit: usize) -> Place<S> {
+        let row = (unit / BLOCKS) & (TILE - rows_of_unit::<S>());
+        Place {
+            unit,
+            at: TABLES.unit(unit, lanes::<S>()),
+            x: load(simd, &TABLES.x[unit % BLOCKS], 0),
+            y: load(simd, TABLES.y.as_flattened(), 4 * row),
+        }
+    }
+}
+
 /// Tests one triangle at the pixels of block `block` (row by row of blocks) and keeps what is nearer; true when it
 /// won a pixel. `FULL`: the caller knows that the triangle covers the whole block.
 #[inline(always)]
@@ -210,7 +240,7 @@ pub fn cover<S: Lanes, const FULL: bool>(
     let mut row = 0;
     while row < 4 {
         let unit = (block / BLOCKS * 4 + row) * BLOCKS + block % BLOCKS;
-        won |= cover_unit::<S, FULL>(simd, tile, k, unit, who);
+        won |= cover_unit::<S, FULL>(simd, tile, k, &Place::of_unit(simd, unit), who);
         row += rows_of_unit::<S>();
     }
     if FULL {
@@ -227,19 +257,16 @@ pub fn cover<S: Lanes, const FULL: bool>(
     won
 }
 
-/// The part of [`cover`] for one unit: that with its first pixel in column `4 * (unit % 16)` and row `unit / 16`.
+/// The part of [`cover`] for one unit.
 #[inline(always)]
 pub fn cover_unit<S: Lanes, const FULL: bool>(
     simd: S,
     tile: &mut Tile,
     k: &Broadcast<S>,
-    unit: usize,
+    place: &Place<S>,
     who: Candidate<'_>,
 ) -> bool {
-    let at = TABLES.unit(unit, lanes::<S>());
-    let x = load(simd, &TABLES.x[unit % BLOCKS], 0);
-    let row = (unit / BLOCKS) & (TILE - rows_of_unit::<S>());
-    let y = load(simd, TABLES.y.as_flattened(), 4 * row);
+    let (at, x, y) = (place.at & (PIXELS - lanes::<S>()), place.x, place.y);
     let old = load(simd, &tile.z, at);
     let z = k.depth[0] * x + (k.depth[1] * y + k.depth[2]);
     let z = z.max(k.low).min(k.high);
@@ -266,7 +293,9 @@ pub fn cover_unit<S: Lanes, const FULL: bool>(
             vertices,
             lane,
         } = who;
-        return cover_exactly(simd, tile, &zs, candidates, sure, unit, job, vertices, lane);
+        return cover_exactly(
+            simd, tile, &zs, candidates, sure, place.unit, job, vertices, lane,
+        );
     }
     // Blend and store without asking whether anything won: the answer is hard to predict.
     store::<S>(wins.select(z, old), &mut tile.z, at);
@@ -311,7 +340,7 @@ fn cover_exactly<S: Lanes>(
                 x: (unit % BLOCKS * 4 + lane % 4) as f32 - HALF,
                 y: (unit / BLOCKS + lane / 4) as f32 - HALF,
             };
-            let corners = corners_of(simd, job.leaf, job.first + triangle, vertices);
+            let corners = corners_of(simd, job.leaf, triangle, vertices);
             exact::hits(&corners, ray)
         };
         if covered {

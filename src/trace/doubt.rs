@@ -60,11 +60,11 @@ pub fn refine<S: Lanes>(
                 Edge::Crosses(k, error) => (k, error),
             };
             sure = sure.max(2.0 * error);
-            setup.0[3 * i][lane] = u;
-            setup.0[3 * i + 1][lane] = v;
-            setup.0[3 * i + 2][lane] = w + error;
+            setup.0[3 * i][first + lane] = u;
+            setup.0[3 * i + 1][first + lane] = v;
+            setup.0[3 * i + 2][first + lane] = w + error;
         }
-        setup.0[SURE][lane] = sure;
+        setup.0[SURE][first + lane] = sure;
     }
     keep
 }
@@ -111,6 +111,7 @@ fn refined_edge(p: Uvw, q: Uvw, sign: f64) -> Edge {
 pub fn settle<S: Lanes>(
     simd: S,
     job: &Job<'_>,
+    first: usize,
     doubts: u32,
     hits: &mut [u64],
     place: impl Fn(usize, usize) -> (usize, usize),
@@ -131,7 +132,7 @@ pub fn settle<S: Lanes>(
                 x: x as f32 - HALF,
                 y: y as f32 - HALF,
             };
-            let corners = corners_of(simd, job.leaf, job.first + lane, vertices);
+            let corners = corners_of(simd, job.leaf, first + lane, vertices);
             *hits &= !(u64::from(!exact::hits(&corners, ray)) << p);
         }
     }

@@ -4,17 +4,18 @@
 //! pixel's centre their edge functions. From there three ways lead to pixels, by size: at most 4x4 pixels (lanes
 //! stay triangles), at most 16x16 pixels (pairs of unit and triangle), larger (lanes become blocks).
 
-use super::coverage::{DEPTH, HIGH, ID, Job, LOW, SURE, Scratch, min3, rows_of_unit};
+use super::coverage::{DEPTH, EXTENT, HIGH, ID, Job, LOW, LOW_PIXEL, SURE, Scratch, min3};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
 use super::probe::{Probe, StageTicks, Stopwatch};
-use super::raster::{self, SPECK, SpeckLanes};
+use super::raster::{self, SPECK};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace};
 use super::tile::{BLOCKS, TABLES, Tile};
 use super::vec3s::{add, cross, size, sub};
 use crate::bvh::Leaf;
 use crate::simd::{
-    Bytes, Lanes, Select, SimdBase, SimdFloat, SimdMask, VertexScratch, bits, lanes, load, store,
+    Bytes, LANE_NUMBERS, Lanes, Select, SimdBase, SimdFloat, SimdMask, VertexScratch, all_lanes,
+    bits, lanes, load, store,
 };
 
 /// Pixels that a screen box reaches beyond the exact outline: more than the rounding of u/w.
@@ -22,8 +23,6 @@ const BOX_MARGIN_PX: f32 = 1.0 / 256.0;
 
 /// The kernels' error bounds hold for corners with |u| + |v| + 32|w| up to this (w is about 1 at most).
 pub const TAME: f64 = 1e10;
-
-const COUNT: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// What the leaves of one tile share.
 #[derive(Clone, Copy, Debug)]
@@ -81,16 +80,54 @@ pub fn trace<S: Lanes, P: Probe>(
         return 0;
     }
     let chunks = leaf.vertex_count().div_ceil(16);
-    let mut dirty = 0;
+    let mut sorted = Sorted::default();
     let mut first = 0;
     while first < leaf.count() {
-        dirty |= group::<S, P>(
-            simd, context, leaf, first, chunks, scratch, stages, &mut watch, tile,
+        set_up::<S, P>(
+            simd,
+            context,
+            leaf,
+            first,
+            chunks,
+            scratch,
+            tile,
+            &mut sorted,
         );
-        stages.coverage += watch.lap::<P>();
         first += lanes::<S>();
     }
+    stages.setup += watch.lap::<P>();
+    let job = Job {
+        leaf,
+        file_ids: context.file_ids,
+        overdrawn: context.overdrawn,
+    };
+    let mut dirty = 0;
+    let mut left = sorted.specks;
+    while left != 0 {
+        let first = left.trailing_zeros() as usize & (16 - lanes::<S>());
+        let specks = left >> first & all_lanes::<S>();
+        left &= !(specks << first);
+        dirty |= raster::specks(simd, &job, first, specks, scratch, tile);
+    }
+    if sorted.small != 0 {
+        dirty |= raster::small_triangles(simd, &job, sorted.small, scratch, tile);
+    }
+    let mut left = sorted.large;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize & 15;
+        left &= left - 1;
+        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile);
+    }
+    stages.coverage += watch.lap::<P>();
     dirty
+}
+
+/// The triangles of a leaf that may cover pixels, as bits, by the way that leads to these.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sorted {
+    specks: u32,
+    small: u32,
+    large: u32,
 }
 
 /// What surrounds all of a leaf's vertices: least and most of each lane.
@@ -275,23 +312,22 @@ fn transform<S: Lanes>(
     around
 }
 
-/// Traces as many triangles of the leaf as there are lanes, from `first` on.
+/// Sets up as many triangles of the leaf as there are lanes, from `first` on.
 #[inline(always)]
 #[expect(
     clippy::too_many_arguments,
     reason = "inlined into its one caller: only a name for the body of its loop"
 )]
-fn group<S: Lanes, P: Probe>(
+fn set_up<S: Lanes, P: Probe>(
     simd: S,
     context: &LeafContext<'_>,
     leaf: Leaf<'_>,
     first: usize,
     chunks: usize,
     scratch: &mut Scratch,
-    stages: &mut StageTicks,
-    watch: &mut Stopwatch,
     tile: &mut Tile,
-) -> u64 {
+    sorted: &mut Sorted,
+) {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
@@ -299,7 +335,7 @@ fn group<S: Lanes, P: Probe>(
     }
     let left = leaf.count() - first;
     let valid = if left >= lanes::<S>() {
-        u32::MAX >> (32 - lanes::<S>())
+        all_lanes::<S>()
     } else {
         (1 << left) - 1
     };
@@ -329,8 +365,7 @@ fn group<S: Lanes, P: Probe>(
         count_tests::<S>(tile, &low, &high, todo);
     }
     if todo == 0 {
-        stages.setup += watch.lap::<P>();
-        return 0;
+        return;
     }
 
     // Edge functions: p × q as (p − q) × (p + q) / 2, which loses nothing to cancellation.
@@ -389,52 +424,44 @@ fn group<S: Lanes, P: Probe>(
         usable.select(z[2], z_low),
     ];
 
-    let job = Job {
-        leaf,
-        first,
-        file_ids: context.file_ids,
-        overdrawn: context.overdrawn,
-    };
-    stages.setup += watch.lap::<P>();
-    let extent = [high[0] - low[0], high[1] - low[1]];
-    let speck = splat!(SPECK as f32 - 1.0);
-    let specks = bits::<S>(extent[0].simd_le(speck) & extent[1].simd_le(speck)) & todo;
-    let mut dirty = 0;
-    // A few of them are done faster one by one.
-    if specks.count_ones() as usize >= lanes::<S>() / 2 {
-        todo &= !specks;
-        let lanes = SpeckLanes::<S> {
-            edges: k,
-            depth,
-            z_low,
-            z_high,
-            sure,
-            low,
-            extent,
-        };
-        dirty |= raster::specks(simd, &job, &lanes, specks, scratch, tile);
-        if todo == 0 {
-            return dirty;
-        }
-    }
-
     // One by one: a loop over the vectors would send them through memory twice.
+    macro_rules! keep_row {
+        ($row:expr, $lanes:expr) => {
+            store::<S>($lanes, &mut scratch.setup.0[$row], first)
+        };
+    }
     macro_rules! keep_rows {
         ($first:expr, $vector:expr) => {
-            store::<S>($vector[0], &mut scratch.setup.0[$first], 0);
-            store::<S>($vector[1], &mut scratch.setup.0[$first + 1], 0);
-            store::<S>($vector[2], &mut scratch.setup.0[$first + 2], 0);
+            keep_row!($first, $vector[0]);
+            keep_row!($first + 1, $vector[1]);
+            keep_row!($first + 2, $vector[2]);
         };
     }
     keep_rows!(0, k[0]);
     keep_rows!(3, k[1]);
     keep_rows!(6, k[2]);
     keep_rows!(DEPTH, depth);
-    store::<S>(z_low, &mut scratch.setup.0[LOW], 0);
-    store::<S>(z_high, &mut scratch.setup.0[HIGH], 0);
-    store::<S>(sure, &mut scratch.setup.0[SURE], 0);
-    let ids = S::u32s::from_slice(simd, &COUNT[..lanes::<S>()]) + S::u32s::splat(simd, job.id(0));
-    store::<S>(ids.bitcast(), &mut scratch.setup.0[ID], 0);
+    keep_row!(LOW, z_low);
+    keep_row!(HIGH, z_high);
+    keep_row!(SURE, sure);
+    let ids = S::u32s::from_slice(simd, &LANE_NUMBERS[first..first + lanes::<S>()])
+        + S::u32s::splat(simd, leaf.first_id());
+    keep_row!(ID, ids.bitcast());
+    let extent = [high[0] - low[0], high[1] - low[1]];
+    keep_row!(LOW_PIXEL, low[0]);
+    keep_row!(LOW_PIXEL + 1, low[1]);
+    keep_row!(EXTENT, extent[0]);
+    keep_row!(EXTENT + 1, extent[1]);
+    let speck = splat!(SPECK as f32 - 1.0);
+    let specks = bits::<S>(extent[0].simd_le(speck) & extent[1].simd_le(speck)) & todo;
+    // A few of them are done faster one by one.
+    if specks.count_ones() as usize >= lanes::<S>() / 2 {
+        sorted.specks |= specks << first;
+        todo &= !specks;
+        if todo == 0 {
+            return;
+        }
+    }
 
     // Very long edges: their error would put whole rows of pixels in doubt.
     let coarse = error.simd_gt(min3::<S>(reach) * splat!(1.0 / 512.0));
@@ -452,41 +479,14 @@ fn group<S: Lanes, P: Probe>(
             &signs,
             &mut scratch.setup,
         );
-        if todo == 0 {
-            return dirty;
-        }
     }
 
-    // In columns of 4 pixels and rows of units.
-    let (column, row) = (splat!(0.25), splat!(1.0 / rows_of_unit::<S>() as f32));
-    let unit_low = [(low[0] * column).floor(), (low[1] * row).floor()];
-    let unit_high = [(high[0] * column).floor(), (high[1] * row).floor()];
-    for i in 0..2 {
-        let to_int = |v: S::f32s, out: &mut [i32; 16]| {
-            let v: S::i32s = v.to_int();
-            v.store_slice(&mut out[..lanes::<S>()]);
-        };
-        to_int(unit_low[i], &mut scratch.boxes[2 * i]);
-        to_int(unit_high[i], &mut scratch.boxes[2 * i + 1]);
-    }
-    // Column of blocks, row of pixels: whole numbers far below 2^24.
-    let first_unit = unit_low[0] + unit_low[1] * splat!((rows_of_unit::<S>() * BLOCKS) as f32);
-    let first_unit: S::u32s = first_unit.to_int();
-    first_unit.store_slice(&mut scratch.first_unit[..lanes::<S>()]);
-    let wide = [unit_high[0] - unit_low[0], unit_high[1] - unit_low[1]];
+    let (_, wide) = raster::units(simd, low, extent);
     let small = wide[0].simd_lt(splat!(raster::SMALL_COLUMNS as f32))
         & wide[1].simd_lt(splat!(raster::small_rows::<S>() as f32));
     let small = bits::<S>(small) & todo;
-    if small != 0 {
-        todo &= !small;
-        dirty |= raster::small_triangles(simd, &job, small, unit_low, wide, scratch, tile);
-    }
-    while todo != 0 {
-        let lane = todo.trailing_zeros() as usize & 15;
-        todo &= todo - 1;
-        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile);
-    }
-    dirty
+    sorted.small |= small << first;
+    sorted.large |= (todo & !small) << first;
 }
 
 /// Counts a triangle test for every 4x4 block of a kept triangle's box.

@@ -1,32 +1,16 @@
 //! From edge functions to pixels, three ways by a triangle's size on screen.
 
 use super::coverage::{
-    Broadcast, Candidate, DEPTH, HIGH, Job, LOW, SURE, Scratch, Setup, cover, cover_unit, min3,
-    rows_of_unit,
+    Broadcast, Candidate, DEPTH, EXTENT, HIGH, Job, LOW, LOW_PIXEL, MOST_PAIRS, Place, SURE,
+    Scratch, cover, cover_unit, min3, rows_of_unit,
 };
 use super::doubt;
 use super::space::{HALF, ROUNDOFF, TILE};
 use super::tile::{BLOCKS, FLOORS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
-use crate::simd::{Lanes, SimdBase, SimdFloat, bits, lanes, load, store};
-
-/// Lanes for [`specks`].
-pub struct SpeckLanes<S: Lanes> {
-    /// Edge functions, their error added.
-    pub edges: [Vec3s<S>; 3],
-    /// 1/w.
-    pub depth: Vec3s<S>,
-    /// Its smallest value.
-    pub z_low: S::f32s,
-    /// Its largest value.
-    pub z_high: S::f32s,
-    /// Twice the largest error of the edges.
-    pub sure: S::f32s,
-    /// First column and row of the box.
-    pub low: [S::f32s; 2],
-    /// Columns and rows less one.
-    pub extent: [S::f32s; 2],
-}
+use crate::simd::{
+    LANE_NUMBERS, Lanes, SimdBase, SimdFloat, SimdMask, all_lanes, bits, lanes, load, store,
+};
 
 /// A triangle whose box holds at most this many columns and rows of pixels' centres is a speck.
 pub const SPECK: usize = 4;
@@ -131,12 +115,12 @@ impl<const COLUMNS: usize, const ROWS: usize> Grid<COLUMNS, ROWS> {
 const WORDS: usize = SPECK * SPECK * 16 / 64;
 
 /// Triangles of at most [`SPECK`] pixels each way: lanes stay triangles. Their boxes are walked in step, pixel by
-/// pixel; then one loop goes over the hits of all.
+/// pixel; then one loop goes over the hits of all. `specks`: lanes of the leaf's triangles from number `first` on.
 #[inline(always)]
 pub fn specks<S: Lanes>(
     simd: S,
     job: &Job<'_>,
-    k: &SpeckLanes<S>,
+    first: usize,
     specks: u32,
     scratch: &mut Scratch,
     tile: &mut Tile,
@@ -146,9 +130,24 @@ pub fn specks<S: Lanes>(
             S::f32s::splat(simd, $x)
         };
     }
-    let x0 = k.low[0] - splat!(HALF);
-    let y0 = k.low[1] - splat!(HALF);
-    let grid = Grid::<SPECK, SPECK>::around(simd, specks, k.extent);
+    macro_rules! row {
+        ($i:expr) => {
+            load(simd, &scratch.setup.0[$i], first)
+        };
+    }
+    macro_rules! rows {
+        ($i:expr) => {
+            [row!($i), row!($i + 1), row!($i + 2)]
+        };
+    }
+    let edges: [Vec3s<S>; 3] = [rows!(0), rows!(3), rows!(6)];
+    let depth = rows!(DEPTH);
+    let (z_low, z_high, sure) = (row!(LOW), row!(HIGH), row!(SURE));
+    let low = [row!(LOW_PIXEL), row!(LOW_PIXEL + 1)];
+    let extent = [row!(EXTENT), row!(EXTENT + 1)];
+    let x0 = low[0] - splat!(HALF);
+    let y0 = low[1] - splat!(HALF);
+    let grid = Grid::<SPECK, SPECK>::around(simd, specks, extent);
     let steps = grid.steps();
     // Kept from call to call: to clear it would take as long as filling it.
     let z = &mut scratch.speck_depths;
@@ -162,16 +161,16 @@ pub fn specks<S: Lanes>(
                 $k[0] * x + ($k[1] * y + $k[2])
             };
         }
-        let inside = min3::<S>([at!(k.edges[0]), at!(k.edges[1]), at!(k.edges[2])]);
+        let inside = min3::<S>([at!(edges[0]), at!(edges[1]), at!(edges[2])]);
         let maybe = bits::<S>(inside.simd_ge(0.0)) & grid.lanes(step);
-        doubts |= maybe & !bits::<S>(inside.simd_ge(k.sure));
-        store::<S>(at!(k.depth).max(k.z_low).min(k.z_high), z, 0);
+        doubts |= maybe & !bits::<S>(inside.simd_ge(sure));
+        store::<S>(at!(depth).max(z_low).min(z_high), z, 0);
         let bit = step * lanes::<S>();
         hits[bit / 64] |= u64::from(maybe) << (bit % 64);
     }
     let mut columns = [0i32; 16];
     let mut rows = [0i32; 16];
-    let (c, r): (S::i32s, S::i32s) = (k.low[0].to_int(), k.low[1].to_int());
+    let (c, r): (S::i32s, S::i32s) = (low[0].to_int(), low[1].to_int());
     c.store_slice(&mut columns[..lanes::<S>()]);
     r.store_slice(&mut rows[..lanes::<S>()]);
     if doubts != 0 {
@@ -180,7 +179,15 @@ pub fn specks<S: Lanes>(
             let y = rows[lane] as usize + usize::from(steps.row[step]);
             (x, y)
         };
-        doubt::settle(simd, job, doubts, &mut hits, place, &scratch.vertices);
+        doubt::settle(
+            simd,
+            job,
+            first,
+            doubts,
+            &mut hits,
+            place,
+            &scratch.vertices,
+        );
     }
     let mut dirty = 0u64;
     for (word, hits) in hits[..WORDS * lanes::<S>() / 16].iter().enumerate() {
@@ -193,7 +200,7 @@ pub fn specks<S: Lanes>(
             let x = columns[lane] as usize + usize::from(steps.column[step]);
             let y = rows[lane] as usize + usize::from(steps.row[step]);
             let at = TABLES.pixel(x, y);
-            let id = job.id(lane);
+            let id = job.id(first + lane);
             // Positive numbers: their bits are in the same order, and whole numbers are compared without a branch.
             let (z, old) = (z[step][lane].to_bits(), tile.z[at].to_bits());
             if z == old {
@@ -209,6 +216,7 @@ pub fn specks<S: Lanes>(
     }
     dirty
 }
+
 /// A triangle of at most this many columns of 4 pixels and rows of [`small_rows`] is small.
 pub const SMALL_COLUMNS: usize = 4;
 
@@ -217,128 +225,67 @@ pub const fn small_rows<S: Lanes>() -> usize {
     16 / rows_of_unit::<S>()
 }
 
-/// Pairs of a unit and a lane: bit `(4 * row + column) * lanes + lane`, units counted from the lane's first.
-type Pairs = [u64; 4];
-
-/// Small triangles: which units each of them may meet is found for all lanes at once; then one loop goes over all
-/// pairs of unit and triangle, whose end is easier to predict than that of a loop for each. `low`: first column and
-/// row of units of each lane's box; `wide`: its columns and rows less one.
+/// Small triangles, the bits of `small`: which units they may meet is found for as many at once as there are lanes; then
+/// one loop goes over all pairs of unit and triangle, whose end is easier to predict than that of a loop for each.
 #[inline(always)]
 pub fn small_triangles<S: Lanes>(
     simd: S,
     job: &Job<'_>,
     small: u32,
-    low: [S::f32s; 2],
-    wide: [S::f32s; 2],
     scratch: &mut Scratch,
     tile: &mut Tile,
 ) -> u64 {
+    let mut count = 0;
+    let mut first = 0;
+    while first < 16 {
+        let here = small >> first & all_lanes::<S>();
+        if here != 0 {
+            count = list_pairs(simd, job, first, here, scratch, &tile.floor, count);
+        }
+        first += lanes::<S>();
+    }
     let mut dirty = 0u64;
     let mut winners = 0;
-    let mut pairs = pairs_that_meet(simd, &scratch.setup, small, low, wide);
-    if job.overdrawn {
-        drop_hidden(simd, scratch, low, &tile.floor, &mut pairs);
+    macro_rules! pair {
+        ($i:expr) => {{
+            let pair = scratch.pairs[$i % MOST_PAIRS] as usize;
+            (pair % 16, Place::of_unit(simd, pair / 16))
+        }};
     }
-    for (word, pairs) in pairs.into_iter().enumerate() {
-        let mut left = pairs;
-        while left != 0 {
-            let pair = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let lane = pair % lanes::<S>();
-            let nth = (word * 64 + pair) / lanes::<S>();
-            let down = nth / SMALL_COLUMNS * rows_of_unit::<S>();
-            let unit = scratch.first_unit[lane] as usize + down * BLOCKS + nth % SMALL_COLUMNS;
-            let who = Candidate {
-                job,
-                vertices: &scratch.vertices,
-                lane,
-            };
-            let k = Broadcast::new(simd, &scratch.setup, lane);
-            let won = cover_unit::<S, false>(simd, tile, &k, unit, who);
-            dirty |= u64::from(won) << (TABLES.unit(unit, lanes::<S>()) >> 6);
-            winners += u32::from(won);
-        }
+    // The place of the next one is looked up while this one is computed: what it needs is then there.
+    let mut next = pair!(0usize);
+    for i in 1..=count {
+        let (lane, place) = next;
+        next = pair!(i);
+        let who = Candidate {
+            job,
+            vertices: &scratch.vertices,
+            lane,
+        };
+        let k = Broadcast::new(simd, &scratch.setup, lane);
+        let won = cover_unit::<S, false>(simd, tile, &k, &place, who);
+        dirty |= u64::from(won) << (place.at >> 6);
+        winners += u32::from(won);
     }
-    let all: u32 = pairs.iter().map(|pairs| pairs.count_ones()).sum();
     scratch.won += winners;
-    scratch.lost += all - winners;
+    scratch.lost += count as u32 - winners;
     dirty
 }
 
-/// The pairs of a unit inside a lane's box and its triangle that may meet.
+/// Adds to the pairs, `count` so far, those of as many triangles as there are lanes, from number `first` on: the bits of
+/// `small`, each with the units in its box that it may meet. Those units are left out, where much is hidden, whose block
+/// holds nothing but what is nearer. How many pairs there are then.
 #[inline(always)]
-fn pairs_that_meet<S: Lanes>(
+fn list_pairs<S: Lanes>(
     simd: S,
-    setup: &Setup,
+    job: &Job<'_>,
+    first: usize,
     small: u32,
-    low: [S::f32s; 2],
-    wide: [S::f32s; 2],
-) -> Pairs {
-    macro_rules! splat {
-        ($x:expr) => {
-            S::f32s::splat(simd, $x)
-        };
-    }
-    let rows = rows_of_unit::<S>() as f32;
-    let x = low[0] * splat!(4.0) - splat!(HALF - 1.5);
-    let y = low[1] * splat!(rows) - splat!(HALF - (rows - 1.0) / 2.0);
-    let mut start = [splat!(0.0); 3];
-    let mut right = start;
-    let mut down = start;
-    for i in 0..3 {
-        macro_rules! row {
-            ($j:expr) => {
-                load(simd, &setup.0[3 * i + $j], 0)
-            };
-        }
-        let (u, v, w) = (row!(0), row!(1), row!(2));
-        // A unit's pixels around its centre, and a little for rounding.
-        let reach = u.abs() * splat!(1.51) + v.abs() * splat!((rows - 1.0) / 2.0 + 0.01);
-        start[i] = (u * x + (v * y + w)) + reach;
-        right[i] = u * splat!(4.0);
-        down[i] = v * splat!(rows);
-    }
-    // The sums below are rounded more often than those of a pixel: allow for as much error again.
-    let lowest = splat!(0.0) - load(simd, &setup.0[SURE], 0);
-    let mut in_columns = [small; SMALL_COLUMNS];
-    for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
-        *lanes &= bits::<S>(wide[0].simd_ge(splat!(column as f32)));
-    }
-    let mut pairs = [0; 4];
-    for row in 0..small_rows::<S>() {
-        let below = splat!(row as f32);
-        let in_row = bits::<S>(wide[1].simd_ge(below));
-        if in_row & small == 0 {
-            break;
-        }
-        let mut at = [
-            start[0] + down[0] * below,
-            start[1] + down[1] * below,
-            start[2] + down[2] * below,
-        ];
-        for (column, in_column) in in_columns.iter().enumerate() {
-            if *in_column == 0 {
-                break;
-            }
-            let met = bits::<S>(min3::<S>(at).simd_ge(lowest)) & in_row & in_column;
-            let bit = (row * SMALL_COLUMNS + column) * lanes::<S>();
-            pairs[bit / 64] |= u64::from(met) << (bit % 64);
-            at = add::<S>(at, right);
-        }
-    }
-    pairs
-}
-
-/// Takes those pairs out whose triangle lies behind all that its unit's block holds. `low`, `pairs`: as in
-/// [`pairs_that_meet`].
-#[inline(always)]
-fn drop_hidden<S: Lanes>(
-    simd: S,
-    scratch: &Scratch,
-    low: [S::f32s; 2],
+    scratch: &mut Scratch,
     floor: &[f32; FLOORS],
-    pairs: &mut Pairs,
-) {
+    mut count: usize,
+) -> usize {
+    let Scratch { setup, pairs, .. } = scratch;
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
@@ -346,40 +293,113 @@ fn drop_hidden<S: Lanes>(
     }
     macro_rules! row {
         ($i:expr) => {
-            load(simd, &scratch.setup.0[$i], 0)
+            load(simd, &setup.0[$i], first)
         };
     }
+    macro_rules! number {
+        ($n:expr) => {
+            S::u32s::splat(simd, $n as u32)
+        };
+    }
+    let (low, wide) = units(
+        simd,
+        [row!(LOW_PIXEL), row!(LOW_PIXEL + 1)],
+        [row!(EXTENT), row!(EXTENT + 1)],
+    );
+    // Column of blocks, row of pixels: whole numbers far below 2^24.
+    let unit = low[0] + low[1] * splat!((rows_of_unit::<S>() * BLOCKS) as f32);
+    let mut unit: S::u32s = unit.to_int();
+    let lane = S::u32s::from_slice(simd, &LANE_NUMBERS[first..first + lanes::<S>()]);
+
     let rows = rows_of_unit::<S>() as f32;
     let x = low[0] * splat!(4.0) - splat!(HALF - 1.5);
     let y = low[1] * splat!(rows) - splat!(HALF - (rows - 1.0) / 2.0);
-    let (u, v, w) = (row!(DEPTH), row!(DEPTH + 1), row!(DEPTH + 2));
-    // The most that it can be above its value at a unit's centre, rounding included.
-    let terms = (u.abs() + v.abs()) * splat!(TILE as f32) + w.abs();
-    let reach = u.abs() * splat!(1.51)
-        + (v.abs() * splat!((rows - 1.0) / 2.0 + 0.01) + terms * splat!(32.0 * ROUNDOFF));
-    let start = (u * x + (v * y + w)) + reach;
-    let (right, down) = (u * splat!(4.0), v * splat!(rows));
-    let (z_low, z_high) = (row!(LOW), row!(HIGH));
-    let first_unit = S::u32s::from_slice(simd, &scratch.first_unit[..lanes::<S>()]);
-    let number = |n: usize| S::u32s::splat(simd, n as u32);
-    for row in 0..small_rows::<S>() {
-        let bit = row * SMALL_COLUMNS * lanes::<S>();
-        // Four columns are 16, 32 or 64 bits of one word.
-        if pairs[bit / 64] >> (bit % 64) == 0 {
-            continue;
-        }
-        let unit = first_unit + number(row * rows_of_unit::<S>() * BLOCKS);
-        let block = ((unit >> 2) & number(BLOCKS * (BLOCKS - 1))) | (unit & number(BLOCKS - 1));
-        let floors = simd.runs4(floor, block);
-        let mut z = start + down * splat!(row as f32);
-        for (column, floor) in floors.into_iter().enumerate() {
-            let hidden = !bits::<S>(z.max(z_low).min(z_high).simd_ge(floor));
-            let lanes_of = u32::MAX >> (32 - lanes::<S>());
-            let bit = bit + column * lanes::<S>();
-            pairs[bit / 64] &= !(u64::from(hidden & lanes_of) << (bit % 64));
-            z += right;
-        }
+    // A unit's pixels around its centre, and a little for rounding.
+    let (across, along) = (splat!(1.51), splat!((rows - 1.0) / 2.0 + 0.01));
+    let mut start = [splat!(0.0); 3];
+    let mut right = start;
+    let mut down = start;
+    for i in 0..3 {
+        let (u, v, w) = (row!(3 * i), row!(3 * i + 1), row!(3 * i + 2));
+        let reach = u.abs() * across + v.abs() * along;
+        start[i] = (u * x + (v * y + w)) + reach;
+        right[i] = u * splat!(4.0);
+        down[i] = v * splat!(rows);
     }
+    // The sums below are rounded more often than those of a pixel: allow for as much error again.
+    let lowest = splat!(0.0) - row!(SURE);
+
+    // The most that 1/w can be above its value at a unit's centre, rounding included.
+    let (z_low, z_high) = (row!(LOW), row!(HIGH));
+    let mut z_start = splat!(0.0);
+    let (mut z_right, mut z_down) = (z_start, z_start);
+    if job.overdrawn {
+        let (u, v, w) = (row!(DEPTH), row!(DEPTH + 1), row!(DEPTH + 2));
+        let terms = (u.abs() + v.abs()) * splat!(TILE as f32) + w.abs();
+        let reach = u.abs() * across + (v.abs() * along + terms * splat!(32.0 * ROUNDOFF));
+        z_start = (u * x + (v * y + w)) + reach;
+        z_right = u * splat!(4.0);
+        z_down = v * splat!(rows);
+    }
+
+    let small = S::mask32s::from_bitmask(simd, u64::from(small));
+    let mut in_columns = [small; SMALL_COLUMNS];
+    let mut columns = 1;
+    for (column, lanes) in in_columns.iter_mut().enumerate().skip(1) {
+        *lanes &= wide[0].simd_ge(splat!(column as f32));
+        columns += usize::from(lanes.any_true());
+    }
+    for row in 0..small_rows::<S>() {
+        let below = splat!(row as f32);
+        let in_row = wide[1].simd_ge(below);
+        if !(in_row & small).any_true() {
+            break;
+        }
+        let mut at = [
+            start[0] + down[0] * below,
+            start[1] + down[1] * below,
+            start[2] + down[2] * below,
+        ];
+        let mut floors = [splat!(0.0); SMALL_COLUMNS];
+        if job.overdrawn {
+            let block =
+                ((unit >> 2) & number!(BLOCKS * (BLOCKS - 1))) | (unit & number!(BLOCKS - 1));
+            floors = simd.runs4(floor, block);
+        }
+        let mut z = z_start + z_down * below;
+        let mut pair = (unit << 4) | lane;
+        for column in 0..columns {
+            let mut met = min3::<S>(at).simd_ge(lowest) & in_row & in_columns[column];
+            if job.overdrawn {
+                met &= z.max(z_low).min(z_high).simd_ge(floors[column]);
+                z += z_right;
+            }
+            let end = count % MOST_PAIRS;
+            pair.compress(met)
+                .store_slice(&mut pairs[end..end + lanes::<S>()]);
+            count += bits::<S>(met).count_ones() as usize;
+            at = add::<S>(at, right);
+            pair += number!(16);
+        }
+        unit += number!(rows_of_unit::<S>() * BLOCKS);
+    }
+    count
+}
+
+/// Boxes of pixels (first column and row, and how many follow) as boxes of units, in columns of 4 pixels and rows of
+/// units.
+#[inline(always)]
+pub fn units<S: Lanes>(
+    simd: S,
+    low: [S::f32s; 2],
+    extent: [S::f32s; 2],
+) -> ([S::f32s; 2], [S::f32s; 2]) {
+    let column = S::f32s::splat(simd, 0.25);
+    let row = S::f32s::splat(simd, 1.0 / rows_of_unit::<S>() as f32);
+    let high = [low[0] + extent[0], low[1] + extent[1]];
+    let first = [(low[0] * column).floor(), (low[1] * row).floor()];
+    let last = [(high[0] * column).floor(), (high[1] * row).floor()];
+    (first, [last[0] - first[0], last[1] - first[1]])
 }
 
 /// A triangle that is not small.
@@ -397,13 +417,11 @@ pub fn large_triangle<S: Lanes>(
         lane,
     };
     let k = Broadcast::new(simd, &scratch.setup, lane);
-    let units_a_block = 16 / lanes::<S>();
-    let [x0, x1, y0, y1] = scratch.boxes.map(|row| row[lane] as usize);
-    let (x0, x1) = (x0 & (BLOCKS - 1), x1 & (BLOCKS - 1));
-    let (y0, y1) = (
-        (y0 / units_a_block) & (BLOCKS - 1),
-        (y1 / units_a_block) & (BLOCKS - 1),
-    );
+    let pixel = |row: usize| scratch.setup.0[row][lane & 15] as i32 as usize;
+    let block = |pixel: usize| pixel / 4 % BLOCKS;
+    let (x0, y0) = (pixel(LOW_PIXEL), pixel(LOW_PIXEL + 1));
+    let (x1, y1) = (block(x0 + pixel(EXTENT)), block(y0 + pixel(EXTENT + 1)));
+    let (x0, y0) = (block(x0), block(y0));
     let mut dirty = 0u64;
     let reach = k.block_reach(simd);
     let sure = k.sure();

@@ -18,7 +18,8 @@ use super::tree::RayTree;
 use super::window::{MOST, Row};
 use crate::frame::{Hit, MISS};
 use crate::simd::{
-    Lanes, Select, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, bits, lanes, load,
+    Lanes, Select, SimdBase, SimdFloat, SimdMask, SimdNarrow, SimdWiden, all_lanes, bits, lanes,
+    load,
 };
 use crate::trace::space::ROUNDOFF;
 
@@ -69,7 +70,7 @@ impl HitRows<'_> {
     fn distances<S: Lanes>(&self, simd: S, tree: &RayTree, at: usize) -> ([f32; 16], u32) {
         let slots = &self.slot[at..at + lanes::<S>()];
         let first = slots[0];
-        let same = bits::<S>(S::u32s::from_slice(simd, slots).simd_eq(first)) == all::<S>();
+        let same = bits::<S>(S::u32s::from_slice(simd, slots).simd_eq(first)) == all_lanes::<S>();
         if same && first == MISS {
             return ([0.0; 16], 0);
         }
@@ -86,7 +87,7 @@ impl HitRows<'_> {
         } else {
             let corners = gather(simd, tree, slots);
             let (t, certain) = of_many(simd, &corners, &origin, &dir);
-            if certain == all::<S>() {
+            if certain == all_lanes::<S>() {
                 (t, certain)
             } else {
                 let (of_flat, flat) = across_axis(simd, &corners, &origin, &dir);
@@ -161,11 +162,6 @@ impl HitRoom {
     }
 }
 
-/// The bits of all lanes.
-const fn all<S: Lanes>() -> u32 {
-    (1 << lanes::<S>()) - 1
-}
-
 /// The corners of a triangle for each lane; any where there is none.
 #[inline(always)]
 fn gather<S: Lanes>(simd: S, tree: &RayTree, slots: &[u32]) -> [Points<S>; 3] {
@@ -218,8 +214,8 @@ fn of_one<S: Lanes>(
         for k in [(across + 1) % 3, (across + 2) % 3] {
             certain &= within(simd, &corners, origin, dir, t, k);
         }
-        if bits::<S>(certain) == all::<S>() {
-            return (t, all::<S>());
+        if bits::<S>(certain) == all_lanes::<S>() {
+            return (t, all_lanes::<S>());
         }
     }
     of_many(simd, &corners, origin, dir)

@@ -20,7 +20,9 @@ use rayon::prelude::*;
 
 use super::frame::LightFrame;
 use super::grid::LightGrid;
-use crate::simd::{Kernel, Lanes, Select, SimdBase, bits, dispatch, lanes};
+use crate::simd::{
+    Kernel, LANE_NUMBERS, Lanes, Select, SimdBase, all_lanes, bits, dispatch, lanes,
+};
 use crate::trace::space::ROUNDOFF;
 use crate::world::World;
 
@@ -150,7 +152,7 @@ impl OpenTriangles {
                 index[i] = row + k as u32;
             }
         }
-        let [ox, oy, oz, _] = simd.gather4(starts, &FIRST);
+        let [ox, oy, oz, _] = simd.gather4(starts, &LANE_NUMBERS);
         let [x, y, z, out] = frame.centred_many(simd, [ox, oy, oz]);
         let [u0, v0, w0, a] = simd.gather4(&self.rows, &index[0]);
         let [u1, v1, w1, b] = simd.gather4(&self.rows, &index[1]);
@@ -166,9 +168,6 @@ impl OpenTriangles {
         )
     }
 }
-
-/// Lane by lane.
-const FIRST: [u32; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// The outline of a triangle, counted from the middle of the scene, and its plane.
 struct Outline {
@@ -256,8 +255,8 @@ impl Outline {
                     .max(affine!(edge, p[2]));
                 fine |= inside.simd_le(touching);
             }
-            let all = u32::MAX >> (32 - lanes::<S>());
-            bits::<S>(fine) == all || bits::<S>(fine | self.is_beyond(simd, &p)) == all
+            bits::<S>(fine) == all_lanes::<S>()
+                || bits::<S>(fine | self.is_beyond(simd, &p)) == all_lanes::<S>()
         })
     }
 

@@ -28,7 +28,8 @@ pub const EXTENT: usize = 18;
 /// How many rows there are.
 const ROWS: usize = 20;
 
-/// Pairs of a unit and a small triangle of one leaf at most: 16 triangles in 16x16 pixels, four of these a unit.
+/// Pairs of a unit and a small triangle of one leaf at most: 16 triangles in 16x16 pixels each, four of these a unit
+/// where there are four lanes.
 pub const MOST_PAIRS: usize = 1024;
 
 /// What is known of the triangles of a leaf, up to 16: a column each.

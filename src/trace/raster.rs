@@ -374,6 +374,7 @@ fn list_pairs<S: Lanes>(
                 met &= z.max(z_low).min(z_high).simd_ge(floors[column]);
                 z += z_right;
             }
+            // Full only after the very last place: no pair is ever written over.
             let end = count % MOST_PAIRS;
             pair.compress(met)
                 .store_slice(&mut pairs[end..end + lanes::<S>()]);

@@ -32,7 +32,7 @@ fn a_rate_out_of_reach_makes_moving_pictures_coarse_and_standing_ones_fine() {
     viewer.shows(&still, "at start");
     viewer.hand(&["keydown", "z"]);
     crate::support::until("coarse pixels", || {
-        viewer.grab().is_made_of_squares(8).then_some(())
+        viewer.grab().is_made_of_squares(12).then_some(())
     });
     // A file is of the fine picture all the same.
     viewer.keys(&["s"]);

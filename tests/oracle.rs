@@ -142,7 +142,7 @@ fn more_triangles_than_pixels_in_pictures_of_odd_sizes() {
     }));
     let scene = scene(triangles);
     let camera = look_at(Vec3::new(0.0, 0.4, 4.5), Vec3::ZERO, 0.4, 1.3);
-    for size in [(40, 30), (65, 3), (1, 70)] {
+    for size in [(40, 30), (20, 15), (9, 7), (65, 3), (1, 70)] {
         let hit = compare(&renderers, &format!("{size:?}"), &scene, &camera, size);
         assert!(hit > 0 && hit < scene.triangles.len(), "{size:?}: {hit}");
     }

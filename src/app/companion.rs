@@ -1,13 +1,13 @@
 //! The slow engines' own thread: it paints one side of the picture bit by bit, while the painter goes on.
 //!
-//! A newer task stops an older one as soon as that has an outline to show, or has had a moment: so the slow side limps
-//! after the hand, and is never stuck. While the painter is at work it holds still, so that nothing moves less smoothly
-//! because of it. What is shown of it is a copy, made a few times a second; the first one when the outline stands, so that
-//! pictures of two cameras are never mixed.
+//! A newer task stops an older one as soon as that has an outline, or has had a moment for a coarser one, and what there
+//! is of it is shown: so the slow side limps after the hand and the film, and is never stuck. While the painter is at work
+//! it holds still, so that nothing moves less smoothly because of it. What is shown of it is a copy, made a few times a
+//! second; the first one when the picture can be made out, so that pictures of two cameras are never mixed.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -18,8 +18,10 @@ use crate::frame::Frame;
 use crate::render::{FAULT, Renderer, Settings, Sketch};
 use crate::world::World;
 
-/// A task may be so long without an outline before it is shown as it is, and given up for a newer one.
-const PATIENCE: Duration = Duration::from_millis(250);
+/// A picture that covers its columns, but has no outline, is shown after so long, and given up for a newer one.
+const PATIENCE_MS: u64 = 250;
+/// One that has holes, which may have millions of triangles, after so long.
+const LIMIT_MS: u64 = 1000;
 /// Between two copies.
 const SHOW: Duration = Duration::from_millis(60);
 /// Between two looks whether the painter is done.
@@ -274,8 +276,9 @@ fn paint(
     notify: &(impl Fn(News) + Sync),
 ) -> Option<Duration> {
     let began = Instant::now();
-    let is_outlined = AtomicBool::new(easel.sketch().is_outlined());
-    let may_be_seen = || is_outlined.load(Ordering::Relaxed) || began.elapsed() > PATIENCE;
+    let patience_ms = AtomicU64::new(patience_ms_of(&easel.sketch()));
+    let may_be_seen =
+        || began.elapsed() >= Duration::from_millis(patience_ms.load(Ordering::Relaxed));
     let shown = Mutex::new(None::<Instant>);
     let show = |sketch: &Sketch| {
         let mut frame = shared.desk().spare.take().unwrap_or_default();
@@ -289,9 +292,7 @@ fn paint(
         })));
     };
     let told = |sketch: &Sketch| {
-        if sketch.is_outlined() {
-            is_outlined.store(true, Ordering::Relaxed);
-        }
+        patience_ms.store(patience_ms_of(sketch), Ordering::Relaxed);
         let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
         let is_due = shown.is_none_or(|at| at.elapsed() >= SHOW);
         if is_due && may_be_seen() && !sketch.is_whole() {
@@ -302,11 +303,23 @@ fn paint(
     let go_on = || shared.go_on(may_be_seen);
     renderer.work_on(world, &easel.sketch, &go_on, &told);
     let sketch = easel.sketch();
-    if sketch.is_whole() {
+    let is_wanted = shared.signal.load(Ordering::Relaxed) != signal::STOP;
+    let shown = shown.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // What a newer task ends is seen once.
+    let is_due = is_wanted && shown.is_none() && sketch.done() > 0.0;
+    if is_due || sketch.is_whole() {
         show(&sketch);
     }
-    let is_wanted = shared.signal.load(Ordering::Relaxed) != signal::STOP;
     is_wanted.then(|| easel.spent + began.elapsed())
+}
+
+/// How long a picture is worked on before it may be seen as it is.
+fn patience_ms_of(sketch: &Sketch) -> u64 {
+    match (sketch.is_covered(), sketch.is_outlined()) {
+        (false, _) => LIMIT_MS,
+        (true, false) => PATIENCE_MS,
+        (true, true) => 0,
+    }
 }
 
 #[cfg(test)]
@@ -405,6 +418,31 @@ mod tests {
             snapshot = whole(&news);
         }
         assert!(snapshot.frame == expected(&world, &last));
+    }
+
+    #[test]
+    fn a_film_that_is_too_fast_for_outlines_is_followed_all_the_same() {
+        let (companion, news) = companion(&Arc::default());
+        let scene = demo::all()[0].scene();
+        let world = World::compile(&scene);
+        let view = Camera::of_scene(&scene, world.bounds()).view(1600, 1200, false);
+        companion.set_world(Arc::new(world));
+        let moved = |i: u32| View {
+            base: view.base + view.dx * f64::from(i),
+            ..view
+        };
+        // A new frame each few milliseconds, for a minute at most.
+        let snapshots = (0..12_000).filter_map(|i| {
+            companion.order(Some(task(moved(i))));
+            let snapshot = news.recv_timeout(Duration::from_millis(5)).ok()?;
+            let News::Snapshot(snapshot) = snapshot else {
+                panic!("{snapshot:?}");
+            };
+            Some(snapshot.task.view)
+        });
+        let mut views: Vec<View> = snapshots.take(6).collect();
+        views.dedup();
+        assert!(views.len() >= 2, "{}", views.len());
     }
 
     #[test]

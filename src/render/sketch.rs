@@ -121,6 +121,12 @@ impl Sketch {
         self.are_done(0..self.jobs.len())
     }
 
+    /// True when every wanted tile has a colour.
+    #[must_use]
+    pub fn is_covered(&self) -> bool {
+        self.are_done(0..self.tiles())
+    }
+
     /// True when one sees what the picture is of: every wanted square of 16x16 pixels has a colour.
     #[must_use]
     pub fn is_outlined(&self) -> bool {

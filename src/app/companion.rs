@@ -18,9 +18,9 @@ use crate::frame::Frame;
 use crate::render::{FAULT, Renderer, Settings, Sketch};
 use crate::world::World;
 
-/// A picture that covers its columns, but has no outline, is shown after so long, and given up for a newer one.
+/// A rough picture, without an outline yet, is shown after so long, and given up for a newer one.
 const PATIENCE_MS: u64 = 250;
-/// One that has holes, which may have millions of triangles, after so long.
+/// One that is not even rough, of very many triangles, after so long.
 const LIMIT_MS: u64 = 1000;
 /// Between two copies.
 const SHOW: Duration = Duration::from_millis(60);
@@ -315,7 +315,7 @@ fn paint(
 
 /// How long a picture is worked on before it may be seen as it is.
 fn patience_ms_of(sketch: &Sketch) -> u64 {
-    match (sketch.is_covered(), sketch.is_outlined()) {
+    match (sketch.is_rough(), sketch.is_outlined()) {
         (false, _) => LIMIT_MS,
         (true, false) => PATIENCE_MS,
         (true, true) => 0,

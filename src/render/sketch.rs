@@ -18,7 +18,9 @@ use crate::world::World;
 
 /// Distances of the pixels of each pass, in pixels. A tile is a multiple of each.
 const STEPS: [usize; 7] = [TILE, 32, 16, 8, 4, 2, 1];
-/// The passes after which one sees what the picture is of.
+/// The passes after which one guesses what the picture is of.
+const ROUGH: usize = 2;
+/// And after which one sees it.
 const OUTLINE: usize = 3;
 
 /// A picture in the making.
@@ -121,10 +123,10 @@ impl Sketch {
         self.are_done(0..self.jobs.len())
     }
 
-    /// True when every wanted tile has a colour.
+    /// True when one guesses what the picture is of: every wanted square of 32x32 pixels has a colour.
     #[must_use]
-    pub fn is_covered(&self) -> bool {
-        self.are_done(0..self.tiles())
+    pub fn is_rough(&self) -> bool {
+        self.are_done(0..ROUGH * self.tiles())
     }
 
     /// True when one sees what the picture is of: every wanted square of 16x16 pixels has a colour.

@@ -77,8 +77,8 @@ pub struct Told<'a> {
 pub struct Labels {
     /// The first column right of the divider; `None`: the left side is all there is.
     pub column: Option<usize>,
-    /// Engine, and what it has done.
-    pub lines: [Line; 2],
+    /// Engine and view, and what it has done.
+    pub lines: [Vec<Line>; 2],
 }
 
 /// Where a panel stands if nothing else stands there.
@@ -86,9 +86,9 @@ pub struct Labels {
 enum Place {
     TopLeft,
     TopRight,
-    /// With its right border there.
+    /// With its right border there, as long as it lies in the window.
     TopBefore(i32),
-    /// With its left border there.
+    /// With its left border there, as long as it lies in the window.
     TopAfter(i32),
     Middle,
     /// That many pixels above the lower border.
@@ -148,12 +148,12 @@ impl Overlay {
         if let Some(Labels { column, lines }) = told.labels {
             let [left, right] = lines.clone();
             match column {
-                None => add(vec![left], Place::TopLeft),
+                None => add(left, Place::TopLeft),
                 Some(column) => {
                     let gap = (4.0 * self.scale()).ceil() as i32;
                     let x = i32::try_from(*column).unwrap_or(i32::MAX / 2);
-                    add(vec![left], Place::TopBefore(x - gap));
-                    add(vec![right], Place::TopAfter(x.saturating_add(gap)));
+                    add(left, Place::TopBefore(x - gap));
+                    add(right, Place::TopAfter(x.saturating_add(gap)));
                 }
             }
         }
@@ -285,8 +285,9 @@ impl Overlay {
         }
     }
 
-    /// Picks the largest size, up to the screen's, at which `lines` fit between what is there, as near to `place` as
-    /// may be. Where no size is small enough: the largest that fits into the window, at `place` all the same.
+    /// Picks the largest size, up to the screen's, at which `lines` fit into the width of `place` and between what is
+    /// there, as near to `place` as may be; the smallest may be wider than that. Where no size is small enough: the
+    /// largest that fits into the window, at `place` all the same.
     fn layout(&mut self, room: &mut Room, lines: &[Line], place: Place) -> Layout {
         // A scale factor is a small positive number.
         let largest = ((TEXT_PX * self.scale()).round() as u32).max(MIN_TEXT_PX);
@@ -294,14 +295,19 @@ impl Overlay {
         for size_px in (MIN_TEXT_PX..=largest).rev() {
             let mut layout = Layout::of(lines, size_px, self.font.cell_of(size_px));
             let rect = layout.rect;
-            let fits = rect.width <= room.width() && rect.height <= room.height();
+            let is_smallest = size_px == MIN_TEXT_PX;
+            let width = match is_smallest {
+                true => room.width(),
+                false => place.width(room),
+            };
+            let fits = rect.width <= width && rect.height <= room.height();
             layout.rect = place.put(rect, room);
             if fits && let Some(rect) = room.find(layout.rect) {
                 layout.rect = rect;
                 fallback = Some(layout);
                 break;
             }
-            if fallback.is_none() && (fits || size_px == MIN_TEXT_PX) {
+            if fallback.is_none() && (fits || is_smallest) {
                 fallback = Some(layout);
             }
         }
@@ -428,6 +434,15 @@ impl Layout {
 }
 
 impl Place {
+    /// The width that it is meant to keep to.
+    fn width(self, room: &Room) -> i32 {
+        match self {
+            Place::TopBefore(x) => x.min(room.width()),
+            Place::TopAfter(x) => room.width() - x.max(0),
+            _ => room.width(),
+        }
+    }
+
     /// Moves `rect` there.
     fn put(self, rect: Rect, room: &Room) -> Rect {
         let (right, below) = (room.width() - rect.width, room.height() - rect.height);
@@ -435,8 +450,8 @@ impl Place {
         let (x, y) = match self {
             Place::TopLeft => (0, 0),
             Place::TopRight => (right.max(0), 0),
-            Place::TopBefore(x) => (x - rect.width, 0),
-            Place::TopAfter(x) => (x, 0),
+            Place::TopBefore(x) => ((x - rect.width).clamp(0, right.max(0)), 0),
+            Place::TopAfter(x) => (x.clamp(0, right.max(0)), 0),
             Place::Middle => ((right / 2).max(0), (below / 2).max(0)),
             Place::BottomLeft(above) => (0, (below - above).max(0)),
         };

@@ -60,7 +60,7 @@ fn every_size_and_scale_factor_is_survived() {
 
 #[test]
 fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
-    let line = Line::new("report", "shaded, 12.0 s");
+    let label = [Line::new("report", "shaded"), Line::new("", "12.0 s")];
     let view = crate::camera::Camera::default_for(crate::geometry::Aabb::EMPTY);
     let view = view.view(64, 48, false);
     for (width, height) in [(1, 1), (1, 300), (300, 1), (640, 300)] {
@@ -73,7 +73,7 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
         let mut overlay = overlay(1.0);
         overlay.axes(&mut canvas, &view, &OverlayWish::default());
         for column in [None, Some(0), Some(320), Some(usize::MAX)] {
-            let lines = [line.clone(), line.clone()];
+            let lines = [label.to_vec(), label.to_vec()];
             let labels = Some(&Labels { column, lines });
             let told = Told {
                 labels,
@@ -89,7 +89,7 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
         width: 640,
         height: 300,
     };
-    let lines = [line, Line::new("", "")];
+    let lines = [label.to_vec(), vec![Line::new("", "")]];
     let labels = Some(&Labels {
         column: Some(320),
         lines,
@@ -214,6 +214,32 @@ fn panels_make_room_for_each_other() {
             before.push(rect);
         }
     }
+}
+
+#[test]
+fn labels_of_narrow_sides_are_whole_and_side_by_side() {
+    let label = [
+        Line::new("report", "shaded"),
+        Line::new("", "12.0 s"),
+        Line::new("", "1200 times as long"),
+    ];
+    for (width, divider) in [(800, 640), (800, 160), (800, 0), (800, 800), (320, 160)] {
+        let mut overlay = overlay(1.0);
+        let mut room = Room::new((width, 240));
+        let mut rect = |place| overlay.layout(&mut room, &label, place).rect;
+        let (left, right) = (
+            rect(Place::TopBefore(divider - 4)),
+            rect(Place::TopAfter(divider + 4)),
+        );
+        for rect in [left, right] {
+            let is_inside = rect.x >= 0 && rect.x + rect.width <= width;
+            assert!(is_inside, "{rect:?} in {width}, divider at {divider}");
+        }
+        assert!(left.is_apart(&right), "{left:?}, {right:?}");
+    }
+    let mut room = Room::new((800, 600));
+    let wide = overlay(1.0).layout(&mut room, &label, Place::TopAfter(640));
+    assert!(wide.rect.x >= 640, "smaller letters keep it to its side");
 }
 
 #[test]

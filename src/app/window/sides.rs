@@ -10,6 +10,7 @@ use crate::app::overlay::{Labels, Line};
 use crate::app::side::{Side, compose};
 use crate::app::state::{Wish, word};
 use crate::frame::Frame;
+use crate::render::{Settings, ViewMode};
 use crate::world::World;
 
 /// A companion for each side, at work or not.
@@ -80,7 +81,7 @@ impl SlowSides {
         let task = |side: Side| Task {
             scene: self.scene,
             view: wish.view,
-            settings: side.settings,
+            settings: decisive(side.settings),
             columns: side.columns,
         };
         wish.sides().map(|side| side.is_slow().then(|| task(side)))
@@ -146,37 +147,63 @@ impl SlowSides {
         let mut times = [None, None];
         let mut lines = [0, 1].map(|i| {
             let side = &sides[i];
-            let name = word(side.settings.engine);
-            let view = word(side.settings.mode);
-            if !side.is_slow() {
-                times[i] = Some(fast[i]);
-                return Line::new(name, format!("{view}, {}", span(fast[i])));
-            }
-            let Some(shown) = &self.shown[i] else {
-                return Line::new(name, format!("{view}, .."));
+            let done = match &self.shown[i] {
+                _ if !side.is_slow() => {
+                    times[i] = Some(fast[i]);
+                    span(fast[i])
+                }
+                None => "..".to_owned(),
+                Some(shown) if shown.is_whole => {
+                    times[i] = Some(shown.time);
+                    span(shown.time)
+                }
+                Some(shown) => {
+                    let percent = shown.done * 100.0;
+                    let digits = if percent < 1.0 { 3 } else { 1 };
+                    format!("{percent:.digits$} %, {}", span(shown.time))
+                }
             };
-            let time = span(shown.time);
-            if shown.is_whole {
-                times[i] = Some(shown.time);
-                return Line::new(name, format!("{view}, {time}"));
-            }
-            let percent = shown.done * 100.0;
-            let digits = if percent < 1.0 { 3 } else { 1 };
-            Line::new(name, format!("{view}, {percent:.digits$} %, {time}"))
+            let name = word(side.settings.engine);
+            vec![
+                Line::new(name, word(side.settings.mode)),
+                Line::new("", done),
+            ]
         });
-        if let [Some(left), Some(right)] = times {
-            // By the pixel, so that it does not depend on where the divider is.
-            let each = |time: Duration, side: &Side| time.as_secs_f64() / side.columns.len() as f64;
-            let ratio = each(right, &sides[1]) / each(left, &sides[0]);
-            if ratio.is_finite() && ratio >= 1.5 {
-                lines[1].text += &format!(", {ratio:.0} times as long");
-            }
+        if let [Some(left), Some(right)] = times
+            && let Some(ratio) = ratio(left, right, &sides)
+        {
+            lines[1].push(Line::new("", format!("{ratio:.0} times as long")));
         }
         Some(Labels {
             column: wish.split.map(|split| split.column),
             lines,
         })
     }
+}
+
+/// What the picture of a slow engine depends on; the rest as usual. Such engines are scalar, and a change of what does not
+/// matter is no reason to begin anew.
+fn decisive(settings: Settings) -> Settings {
+    let usual = Settings::default();
+    Settings {
+        kernel: usual.kernel,
+        cost_scale: match settings.mode {
+            ViewMode::Cost => settings.cost_scale,
+            _ => usual.cost_scale,
+        },
+        ..settings
+    }
+}
+
+/// How many times as long the right side takes for a pixel as the left one, if that is worth telling. With one engine on
+/// both sides it would only tell what lies left and right of the divider.
+fn ratio(left: Duration, right: Duration, sides: &[Side; 2]) -> Option<f64> {
+    if sides[0].settings.engine == sides[1].settings.engine {
+        return None;
+    }
+    let each = |time: Duration, side: &Side| time.as_secs_f64() / side.columns.len() as f64;
+    let ratio = each(right, &sides[1]) / each(left, &sides[0]);
+    (ratio.is_finite() && ratio >= 1.5).then_some(ratio)
 }
 
 /// A time in words.
@@ -186,5 +213,51 @@ fn span(time: Duration) -> String {
         format!("{:.1} ms", seconds * 1e3)
     } else {
         format!("{seconds:.1} s")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Engine;
+    use crate::simd::Kernel;
+    use std::ops::Range;
+
+    #[test]
+    fn slow_pictures_begin_anew_only_for_what_they_show() {
+        let report = Settings {
+            engine: Engine::Report,
+            ..Settings::default()
+        };
+        let other = Settings {
+            kernel: Kernel::Scalar,
+            cost_scale: 7,
+            ..report
+        };
+        assert_eq!(decisive(report), decisive(other));
+        let mode = ViewMode::Cost;
+        let cost = |settings| decisive(Settings { mode, ..settings });
+        assert_ne!(cost(report), cost(other));
+        assert_ne!(decisive(report), decisive(Settings::default()));
+    }
+
+    #[test]
+    fn engines_are_compared_by_the_pixel_and_one_with_itself_not_at_all() {
+        let side = |engine, columns| Side {
+            settings: Settings {
+                engine,
+                ..Settings::default()
+            },
+            columns,
+        };
+        let ratio = |right, columns: Range<usize>| {
+            let border = columns.start;
+            let sides = [side(Engine::Fast, 0..border), side(right, columns)];
+            ratio(Duration::from_millis(1), Duration::from_millis(60), &sides).map(f64::round)
+        };
+        assert_eq!(ratio(Engine::Report, 50..100), Some(60.0));
+        assert_eq!(ratio(Engine::Report, 25..100), Some(20.0));
+        assert_eq!(ratio(Engine::Report, 100..100), None);
+        assert_eq!(ratio(Engine::Fast, 50..100), None);
     }
 }

@@ -53,12 +53,14 @@ pub struct Playback {
 /// What a [`Playback`] is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motion {
-    /// Stands at a frame.
-    Standing { frame: u64 },
-    /// Left frame `from`, when `ahead` of a frame was already over, that long ago.
+    /// Stands at a frame; `returning` as before that.
+    Standing { frame: u64, returning: bool },
+    /// Left frame `from`, when `ahead` of a frame was already over, that long ago. It was told to play `backwards`, or
+    /// not; `returning`, as ping-pong does, it went the other way.
     Playing {
         from: u64,
         backwards: bool,
+        returning: bool,
         ahead: f64,
         elapsed: Duration,
     },
@@ -74,7 +76,10 @@ impl Playback {
             speed: 1.0,
             order: Order::Once,
             section: None,
-            motion: Motion::Standing { frame: last },
+            motion: Motion::Standing {
+                frame: last,
+                returning: false,
+            },
         }
     }
 
@@ -82,10 +87,13 @@ impl Playback {
     #[must_use]
     pub fn frame(&self) -> u64 {
         match self.motion {
-            Motion::Standing { frame } => frame,
+            Motion::Standing { frame, .. } => frame,
             Motion::Playing {
-                from, backwards, ..
-            } => self.frame_after(from, backwards, self.frames_passed()),
+                from,
+                backwards,
+                returning,
+                ..
+            } => self.frame_after(from, backwards != returning, self.frames_passed()),
         }
     }
 
@@ -104,7 +112,7 @@ impl Playback {
     /// True when it stands on the still picture, the last frame.
     #[must_use]
     pub fn is_at_end(&self) -> bool {
-        self.motion == Motion::Standing { frame: self.last }
+        matches!(self.motion, Motion::Standing { frame, .. } if frame == self.last)
     }
 
     /// What follows the last frame.
@@ -131,6 +139,7 @@ impl Playback {
             return;
         }
         let at_end = self.is_at_end();
+        self.rebase();
         let frame = self.frame();
         self.last = last;
         self.section = self.section.filter(|&(_, b)| b <= last);
@@ -141,17 +150,18 @@ impl Playback {
         }
     }
 
-    /// Plays on from the frame shown; on the end, from the other end.
+    /// Plays on from the frame shown, in ping-pong the way that it went; on the end of that way, from its beginning.
     pub fn play(&mut self, backwards: bool) {
+        let frame = self.frame();
         let (low, high) = self.ends();
-        let (start, end) = if backwards { (high, low) } else { (low, high) };
-        let from = match self.frame() {
-            frame if frame == end || frame < low || frame > high => start,
-            frame => frame,
-        };
+        let returning = self.order == Order::PingPong && self.is_returning();
+        let (start, _) = in_order((low, high), backwards);
+        let (_, end) = in_order((low, high), backwards != returning);
+        let is_over = frame == end || frame < low || frame > high;
         self.motion = Motion::Playing {
-            from,
+            from: if is_over { start } else { frame },
             backwards,
+            returning: returning && !is_over,
             ahead: 0.0,
             elapsed: Duration::ZERO,
         };
@@ -160,29 +170,30 @@ impl Playback {
     /// Stands still on the frame shown and returns its number.
     pub fn pause(&mut self) -> u64 {
         let frame = self.frame();
-        self.motion = Motion::Standing { frame };
+        self.motion = Motion::Standing {
+            frame,
+            returning: self.is_returning(),
+        };
         frame
     }
 
     /// Stands still on the last frame, the still picture.
     pub fn stop(&mut self) {
-        self.motion = Motion::Standing { frame: self.last };
+        self.motion = Motion::Standing {
+            frame: self.last,
+            returning: false,
+        };
     }
 
-    /// Goes to a frame, at most the last, and stands there; while playing it plays on from there.
+    /// Goes to a frame, at most the last, and stands there; while playing it plays on from there, the way that it went.
     pub fn seek(&mut self, frame: u64) {
+        self.rebase();
         let frame = frame.min(self.last);
         match &mut self.motion {
-            Motion::Standing { frame: now } => *now = frame,
-            Motion::Playing {
-                from,
-                ahead,
-                elapsed,
-                ..
-            } => {
+            Motion::Standing { frame: now, .. } => *now = frame,
+            Motion::Playing { from, ahead, .. } => {
                 *from = frame;
                 *ahead = 0.0;
-                *elapsed = Duration::ZERO;
             }
         }
     }
@@ -205,7 +216,8 @@ impl Playback {
         self.speed = speed.clamp(1.0 / SPEED_LIMIT, SPEED_LIMIT);
     }
 
-    /// Plays only the frames of `section`, both ends included and in order; `None`: all.
+    /// Plays only the frames of `section`, both ends included and in order, and played once they follow one another again
+    /// and again; `None`: all.
     pub fn set_section(&mut self, section: Option<(u64, u64)>) {
         self.rebase();
         self.section = section.filter(|&(a, b)| a < b && b <= self.last);
@@ -213,22 +225,22 @@ impl Playback {
 
     /// Lets `dt` go by. True when this reached the end, where playing once ends.
     pub fn advance(&mut self, dt: Duration) -> bool {
+        let ends = self.ends();
+        let order = self.order_played();
         let Motion::Playing {
-            elapsed, backwards, ..
+            elapsed,
+            backwards,
+            returning,
+            ..
         } = &mut self.motion
         else {
             return false;
         };
         *elapsed = elapsed.saturating_add(dt);
-        let (low, high) = if *backwards {
-            let (low, high) = self.ends();
-            (high, low)
-        } else {
-            self.ends()
-        };
-        let ended = (self.order == Order::Once || low == high) && self.frame() == high;
+        let (start, end) = in_order(ends, *backwards != *returning);
+        let ended = (order == Order::Once || start == end) && self.frame() == end;
         if ended {
-            self.motion = Motion::Standing { frame: high };
+            self.pause();
         }
         ended
     }
@@ -247,6 +259,14 @@ impl Playback {
     /// First and last frame that are played.
     fn ends(&self) -> (u64, u64) {
         self.section.unwrap_or((0, self.last))
+    }
+
+    /// What follows the last frame that is played: who marks a section wants to see it again and again.
+    fn order_played(&self) -> Order {
+        match self.order {
+            Order::Once if self.section.is_some() => Order::Loop,
+            order => order,
+        }
     }
 
     fn frames_exact(&self) -> f64 {
@@ -277,7 +297,7 @@ impl Playback {
                 (at + passed) % period
             }
         };
-        low + match self.order {
+        low + match self.order_played() {
             _ if len == 0 => 0,
             Order::Once if backwards => at.saturating_sub(passed),
             Order::Once => at.saturating_add(passed).min(len),
@@ -296,35 +316,47 @@ impl Playback {
     fn rebase(&mut self) {
         let frame = self.frame();
         let exact = self.frames_exact();
-        let turned_back = self.is_on_the_way_back();
+        let is_returning = self.is_returning();
         if let Motion::Playing {
             from,
-            backwards,
+            returning,
             ahead,
             elapsed,
+            ..
         } = &mut self.motion
         {
             *from = frame;
-            *backwards = turned_back;
+            *returning = is_returning;
             *ahead = exact - exact.floor();
             *elapsed = Duration::ZERO;
         }
     }
 
-    /// True when the next frame has a lower number.
-    fn is_on_the_way_back(&self) -> bool {
-        let Motion::Playing {
-            from, backwards, ..
-        } = self.motion
-        else {
-            return false;
+    /// True when it goes, or went before it stood, the other way than it was told to.
+    fn is_returning(&self) -> bool {
+        let (from, backwards, returning) = match self.motion {
+            Motion::Standing { returning, .. } => return returning,
+            Motion::Playing {
+                from,
+                backwards,
+                returning,
+                ..
+            } => (from, backwards, returning),
         };
-        if self.order != Order::PingPong {
-            return backwards;
+        let (low, high) = self.ends();
+        if self.order != Order::PingPong || low == high {
+            return returning;
         }
+        let after = |passed| self.frame_after(from, backwards != returning, passed);
         let passed = self.frames_passed();
-        self.frame_after(from, backwards, passed + 1) < self.frame_after(from, backwards, passed)
+        let goes_down = after(passed.saturating_add(1)) < after(passed);
+        goes_down != backwards
     }
+}
+
+/// The two ends, the one that is played first before the other.
+fn in_order((low, high): (u64, u64), backwards: bool) -> (u64, u64) {
+    if backwards { (high, low) } else { (low, high) }
 }
 
 #[cfg(test)]
@@ -441,16 +473,43 @@ mod tests {
     }
 
     #[test]
-    fn a_section_is_played_alone() {
+    fn ping_pong_goes_on_the_way_it_went_after_a_pause_and_a_seek() {
+        for (backwards, frames) in [(false, [3, 2, 1]), (true, [0, 1, 2])] {
+            let mut p = Playback::new(1.0, 3);
+            p.set_order(Order::PingPong);
+            p.play(backwards);
+            p.advance(s(4.0));
+            assert_eq!(p.pause(), frames[1], "on the way back");
+            p.play(backwards);
+            p.advance(s(1.0));
+            assert_eq!(p.frame(), frames[2]);
+            p.seek(frames[1]);
+            p.advance(s(1.0));
+            assert_eq!(p.frame(), frames[2]);
+            // The other way of playing turns it round.
+            p.pause();
+            p.play(!backwards);
+            p.advance(s(1.0));
+            assert_eq!(p.frame(), frames[1]);
+            // From the end of the way it begins anew.
+            p.pause();
+            p.seek(3 - frames[0]);
+            p.play(backwards);
+            assert_eq!(p.frame(), 3 - frames[0]);
+            p.advance(s(1.0));
+            assert_eq!(p.frame(), frames[0].abs_diff(2));
+        }
+    }
+
+    #[test]
+    fn a_section_is_played_alone_again_and_again_until_it_is_dropped() {
         let mut p = playing();
         p.set_section(Some((16, 20)));
-        p.set_order(Order::Loop);
         for _ in 0..50 {
             p.advance(s(0.06));
             assert!((16..=20).contains(&p.frame()), "{}", p.frame());
         }
         p.set_section(None);
-        p.set_order(Order::Once);
         p.advance(s(9.0));
         assert_eq!(p.frame(), 48);
     }
@@ -475,5 +534,15 @@ mod tests {
         p.seek(50);
         p.set_last(32);
         assert_eq!(p.frame(), 32);
+    }
+
+    #[test]
+    fn more_frames_change_nothing_of_the_one_that_is_shown() {
+        let mut p = playing();
+        p.set_order(Order::Loop);
+        p.advance(s(11.0));
+        let shown = p.frame();
+        p.set_last(64);
+        assert_eq!(p.frame(), shown);
     }
 }

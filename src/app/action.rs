@@ -113,7 +113,7 @@ pub enum Action {
     Accept,
     /// No, to a question.
     Decline,
-    /// Back to the still picture, without what the hand did.
+    /// Drop what the hand did; in the middle of the film, only what lies on top of it.
     ReturnToScene,
     /// The next kind of picture.
     NextView,

@@ -57,5 +57,5 @@ fn the_hand_moves_on_top_of_the_frame_and_enter_returns() {
     let (number, picture) = paused_frame(&desk, &viewer, 0);
     assert!(viewer.rests("a turned frame") != picture, "frame {number}");
     viewer.keys(&["Return"]);
-    viewer.shows(&desk.still(), "after Enter");
+    viewer.shows(&picture, "after Enter");
 }

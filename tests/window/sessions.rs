@@ -66,7 +66,7 @@ fn every_settled_picture_is_the_one_that_render_makes() {
         assert!(!pictures.contains(&picture), "nothing new: {script}");
         pictures.push(picture);
     }
-    viewer.tell("resize 320 240\nnext-view\nnext-view\nnext-view\nreturn\nsettle");
+    viewer.tell("resize 320 240\nnext-view\nnext-view\nnext-view\nend\nreturn\nsettle");
     viewer.shows(&pictures[0], "return");
 }
 

@@ -72,7 +72,7 @@ fn a_storm_of_sizes_ends_on_the_last_one() {
         viewer.resize(1 + (i * 137) % 900, 1 + (i * 71) % 700);
     }
     viewer.resize(320, 240);
-    viewer.keys(&["Return"]);
+    viewer.keys(&["End"]);
     viewer.shows(&desk.still(), "after the storm");
 }
 

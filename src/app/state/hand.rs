@@ -151,10 +151,13 @@ impl State {
         self.say(style);
     }
 
-    /// Without what the hand did. While playing, first only without what lies on top: it plays on.
+    /// Without what the hand did. In the middle of the film, only without what lies on top: it goes on from its frame.
     pub(super) fn return_to_scene(&mut self) {
         self.let_go_of_all();
-        if self.playback.is_playing() && self.moves.drop_on_top() {
+        if !self.playback.is_at_end() {
+            if !self.moves.drop_on_top() {
+                self.say("nothing lies on top of the film".to_owned());
+            }
             return;
         }
         if self.moves.recorded().len() > 0 {
@@ -164,7 +167,6 @@ impl State {
                 "back to the scene: {undo} brings the recorded moves back"
             ));
         }
-        self.playback.stop();
         self.moves.drop_all();
         self.after_move();
     }

@@ -48,13 +48,20 @@ fn while_playing_the_next_change_is_the_next_frame() {
 }
 
 #[test]
-fn enter_while_playing_stops_on_the_still_picture() {
+fn enter_stops_no_film_and_leaves_no_frame() {
     let mut s = state();
     s.apply(Action::TogglePlayback);
     s.advance(ms(500));
     s.apply(Action::ReturnToScene);
-    s.advance(ms(900));
-    assert_eq!(s.wish(), frame_wish(32));
+    s.advance(ms(1010));
+    assert_eq!(s.wish(), frame_wish(16));
+    s.apply(Action::TogglePlayback);
+    s.apply(X);
+    assert_ne!(s.wish(), frame_wish(16));
+    for _ in 0..2 {
+        s.apply(Action::ReturnToScene);
+        assert_eq!(s.wish(), frame_wish(16));
+    }
 }
 
 #[test]
@@ -73,8 +80,6 @@ fn enter_while_playing_drops_the_offset_and_keeps_the_time() {
     assert_eq!(s.wish(), frame_wish(16));
     s.advance(ms(1510));
     assert_eq!(s.wish(), frame_wish(24));
-    s.apply(Action::ReturnToScene);
-    assert_eq!(s.wish(), frame_wish(32));
 }
 
 #[test]

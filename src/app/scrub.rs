@@ -25,7 +25,7 @@ pub struct BarWish {
     pub frame: u64,
     /// A tick for each operation.
     pub frames_per_op: u64,
-    /// The frames that are played, if not all.
+    /// The frames that are played, or would be if their other end were marked here; `None`: all.
     pub section: Option<(u64, u64)>,
 }
 

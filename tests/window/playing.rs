@@ -59,3 +59,21 @@ fn the_hand_moves_on_top_of_the_frame_and_enter_returns() {
     viewer.keys(&["Return"]);
     viewer.shows(&picture, "after Enter");
 }
+
+#[test]
+fn a_press_on_the_hidden_bar_shows_it_until_it_is_let_go() {
+    let Some(desk) = Desk::new() else { return };
+    let still = desk.still();
+    let viewer = desk.view(&[]);
+    viewer.shows(&still, "at start");
+    // The last frame's place: the picture stays.
+    viewer.hand(&["mousemove", "--window", "WINDOW", "306", "230"]);
+    viewer.changes_from(&still, "the bar under the mouse");
+    viewer.shows(&still, "the mouse rests");
+    viewer.hand(&["mousedown", "1"]);
+    let held = viewer.changes_from(&still, "the bar is held");
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(viewer.rests("the hand rests") == held);
+    viewer.hand(&["mouseup", "1"]);
+    viewer.shows(&still, "let go, it goes away");
+}

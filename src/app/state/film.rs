@@ -48,34 +48,36 @@ impl State {
 
     /// The first end of a loop, then the second, then none.
     pub(super) fn mark_section(&mut self) {
-        let frame = self.playback.frame();
-        let line = match self.section_start.take() {
-            Some(start) if start != frame => {
-                let (a, b) = (start.min(frame), start.max(frame));
-                self.playback.set_section(Some((a, b)));
-                if self.playback.order() == Order::Once {
-                    self.playback.set_order(Order::Loop);
-                }
-                format!("loop from frame {a} to {b}")
-            }
-            Some(_) => "no loop".to_owned(),
-            None if self.playback.section().is_some() => {
-                self.playback.set_section(None);
-                "no loop".to_owned()
-            }
-            None => {
-                self.section_start = Some(frame);
-                format!("loop from frame {frame}")
-            }
+        let line = if let Some((a, b)) = self.marked() {
+            self.section_start = None;
+            self.playback.set_section(Some((a, b)));
+            format!("loop from frame {a} to {b}")
+        } else if self.section_start.take().is_some() || self.playback.section().is_some() {
+            self.playback.set_section(None);
+            "no loop".to_owned()
+        } else {
+            let frame = self.playback.frame();
+            self.section_start = Some(frame);
+            format!("loop from frame {frame}")
         };
         self.say(line);
     }
 
-    /// The mouse is at a place: near the lower border the bar is shown while it moves, and wherever it is while it
-    /// `holds` the bar.
+    /// From the first end of a loop to the frame shown. The film may have become shorter since the end was set.
+    fn marked(&self) -> Option<(u64, u64)> {
+        let start = self.section_start?.min(self.playback.last_frame());
+        let frame = self.playback.frame();
+        (start != frame).then(|| (start.min(frame), start.max(frame)))
+    }
+
+    /// The mouse is at a place: near the lower border the bar is shown while it moves, and as long as it `holds` the bar
+    /// wherever it is.
     pub fn pointed_at(&mut self, place: (f64, f64), holds: bool) {
         let near = self.bar().is_some_and(|bar| holds || bar.contains(place));
-        self.bar_until = near.then(|| self.now + BAR);
+        self.bar_until = match holds {
+            true => near.then_some(Duration::MAX),
+            false => near.then(|| self.now + BAR),
+        };
     }
 
     /// Where the bar is, or would be; `None` when there is one frame only or nothing may be drawn.
@@ -92,7 +94,7 @@ impl State {
             bar: self.bar()?,
             frame: self.playback.frame(),
             frames_per_op: self.setting.timing.frames_per_op(),
-            section: self.playback.section(),
+            section: self.playback.section().or_else(|| self.marked()),
         })
     }
 }

@@ -98,7 +98,7 @@ impl ApplicationHandler<Message> for Viewer {
                 self.state.set_scale_factor(scale_factor);
             }
             WindowEvent::Focused(false) => {
-                self.held = Held::Nothing;
+                self.hold(Held::Nothing);
                 let action = self.input.focus_lost();
                 self.act(Some(action));
             }

@@ -85,14 +85,14 @@ impl Viewer {
         let on_bar = place.zip(bar).filter(|(place, bar)| bar.contains(*place));
         let action = match state {
             ElementState::Pressed if button == Button::Left && on_bar.is_some() => {
-                self.held = Held::Bar;
+                self.hold(Held::Bar);
                 on_bar.map(|((x, _), bar)| Action::Seek(bar.frame_at(x)))
             }
             ElementState::Pressed
                 if button == Button::Left
                     && place.is_some_and(|place| self.state.is_on_divider(place)) =>
             {
-                self.held = Held::Divider;
+                self.hold(Held::Divider);
                 None
             }
             ElementState::Pressed => {
@@ -100,7 +100,7 @@ impl Viewer {
                 None
             }
             ElementState::Released if button == Button::Left && self.held != Held::Nothing => {
-                self.held = Held::Nothing;
+                self.hold(Held::Nothing);
                 None
             }
             ElementState::Released => self.input.button_up(button, now),
@@ -111,13 +111,23 @@ impl Viewer {
         }
     }
 
-    pub(super) fn cursor_moved(&mut self, x: f64, y: f64) {
-        let now = self.now();
-        let moved = self.input.cursor_moved(x, y, now);
-        self.state.advance(now);
-        if self.kiosk.is_none() {
-            self.state.pointed_at((x, y), self.held == Held::Bar);
+    /// The left button takes hold of something, or lets go. The bar is shown as long as it is held.
+    pub(super) fn hold(&mut self, held: Held) {
+        self.held = held;
+        self.show_bar();
+    }
+
+    /// Shows the bar of frames where the mouse is on it.
+    fn show_bar(&mut self) {
+        self.state.advance(self.now());
+        if let Some(place) = self.input.cursor_px().filter(|_| self.kiosk.is_none()) {
+            self.state.pointed_at(place, self.held == Held::Bar);
         }
+    }
+
+    pub(super) fn cursor_moved(&mut self, x: f64, y: f64) {
+        let moved = self.input.cursor_moved(x, y, self.now());
+        self.show_bar();
         let action = match (self.held, self.state.bar()) {
             (Held::Bar, Some(bar)) => Some(Action::Seek(bar.frame_at(x))),
             (Held::Divider, _) => Some(Action::SetDivider(self.state.divider_at(x))),

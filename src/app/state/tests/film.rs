@@ -118,7 +118,29 @@ fn two_marks_make_a_loop_and_a_third_drops_it() {
     }
     s.apply(Action::MarkSection);
     s.advance(ms(60_000));
-    assert!(s.playback.is_playing(), "the order is still loop");
+    assert_eq!((s.playback.is_playing(), s.frame().0), (false, 32));
+}
+
+#[test]
+fn the_first_mark_is_seen_on_the_bar_and_stays_in_a_film_that_becomes_shorter() {
+    let mut s = state();
+    s.apply(Action::Seek(30));
+    s.apply(Action::MarkSection);
+    s.apply(Action::Seek(2));
+    s.pointed_at((5.0, 45.0), false);
+    let bar = |s: &State| s.overlay().bar.expect("near the border");
+    assert_eq!(bar(&s).section, Some((2, 30)));
+    let one = setting();
+    s.reload(Subject {
+        camera: one.camera,
+        base: one.base,
+        operations: one.operations[..1].to_vec(),
+        pivot: one.pivot,
+    });
+    s.apply(Action::MarkSection);
+    let said = s.overlay().message;
+    assert_eq!(said.as_deref(), Some("loop from frame 2 to 16"));
+    assert_eq!(bar(&s).section, Some((2, 16)));
 }
 
 #[test]
@@ -135,5 +157,11 @@ fn the_bar_shows_while_the_mouse_moves_near_it() {
     s.advance(ms(2000));
     assert_eq!(s.overlay().bar, None);
     s.pointed_at((5.0, 5.0), true);
-    assert!(s.overlay().bar.is_some(), "held, the hand may stray");
+    s.advance(ms(60_000));
+    assert!(
+        s.overlay().bar.is_some(),
+        "held, the hand may stray and rest"
+    );
+    s.pointed_at((5.0, 5.0), false);
+    assert_eq!(s.overlay().bar, None);
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::overlay::Line;
 use super::painter::Picture;
+use super::state::Wish;
 
 /// Pictures of this long ago count for the rate.
 const WINDOW: Duration = Duration::from_secs(1);
@@ -52,22 +53,28 @@ impl Statistics {
         let Some(picture) = picture else {
             return vec![Line::new("", "no picture yet")];
         };
-        let ms = |d: Duration| d.as_secs_f64() * 1e3;
+        let ms = |d: Duration| format!("{:.2} ms", d.as_secs_f64() * 1e3);
         let stats = picture.stats;
-        let settings = picture.order.wish.settings;
+        let wish = &picture.order.wish;
+        let settings = wish.settings;
         let (width, height) = (picture.frame.width, picture.frame.height);
-        let seconds = stats.total.as_secs_f64();
-        let mrays_s = (width * height) as f64 / 1e6 / seconds.max(1e-9);
+        // Slow sides tell for themselves how far they are.
+        let fast = |text: String| match wish.has_fast_side() {
+            true => text,
+            false => "-".to_owned(),
+        };
+        let rays = fast_part(wish) * (width * height) as f64;
+        let mrays_s = rays / 1e6 / stats.total.as_secs_f64().max(1e-9);
         let fps = self
             .rate()
             .map_or("standing".to_string(), |rate| format!("{rate:.1}"));
         vec![
             Line::new("fps", fps),
-            Line::new("render", format!("{:.2} ms", ms(stats.total))),
-            Line::new("  trace", format!("{:.2} ms", ms(stats.trace))),
-            Line::new("  shade", format!("{:.2} ms", ms(stats.shade))),
-            Line::new("present", format!("{:.2} ms", ms(self.present))),
-            Line::new("speed", format!("{mrays_s:.1} Mray/s")),
+            Line::new("render", fast(ms(stats.total))),
+            Line::new("  trace", fast(ms(stats.trace))),
+            Line::new("  shade", fast(ms(stats.shade))),
+            Line::new("present", ms(self.present)),
+            Line::new("speed", fast(format!("{mrays_s:.1} Mray/s"))),
             Line::new("kernel", settings.kernel.name()),
             Line::new("engine", format!("{:?}", settings.engine).to_lowercase()),
             Line::new("view", format!("{:?}", settings.mode).to_lowercase()),
@@ -79,9 +86,23 @@ impl Statistics {
     }
 }
 
+/// The part of the picture's columns that the fast engine makes.
+fn fast_part(wish: &Wish) -> f64 {
+    let sides = wish.sides();
+    let fast = sides.iter().filter(|side| side.is_fast());
+    let columns: usize = fast.map(|side| side.columns.len()).sum();
+    columns as f64 / wish.view.width as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::painter::Order;
+    use crate::app::side::Split;
+    use crate::camera::Camera;
+    use crate::frame::Frame;
+    use crate::geometry::Aabb;
+    use crate::render::{Engine, RenderStats, Samples, Settings};
 
     #[test]
     fn the_rate_is_that_of_the_last_second() {
@@ -94,6 +115,49 @@ mod tests {
         assert!((rate - 50.0).abs() < 1e-9, "{rate}");
         s.count(Duration::from_secs(60), Duration::ZERO);
         assert_eq!(s.rate(), None);
+    }
+
+    #[test]
+    fn the_speed_is_that_of_the_fast_sides_alone() {
+        let speed = |column: usize| {
+            let report = Settings {
+                engine: Engine::Report,
+                ..Settings::default()
+            };
+            let wish = Wish {
+                view: Camera::default_for(Aabb::EMPTY).view(100, 80, false),
+                settings: Settings::default(),
+                split: Some(Split {
+                    settings: report,
+                    column,
+                }),
+            };
+            let mut frame = Frame::default();
+            frame.resize(100, 80);
+            let picture = Picture {
+                frame,
+                order: Order {
+                    scene: 0,
+                    wish,
+                    pixel_size: 1,
+                    samples: Samples::ONE,
+                    moving: false,
+                    asked: None,
+                },
+                samples: Samples::ONE,
+                stats: RenderStats {
+                    total: Duration::from_millis(u64::from(column > 0)),
+                    ..RenderStats::default()
+                },
+                side_times: [Duration::ZERO; 2],
+            };
+            let lines = Statistics::new(1, 1).lines(Some(&picture), (0, 0));
+            let of = |name: &str| lines.iter().find(|l| l.name == name).expect("a line");
+            (of("render").text.clone(), of("speed").text.clone())
+        };
+        assert_eq!(speed(100), ("1.00 ms".into(), "8.0 Mray/s".into()));
+        assert_eq!(speed(25), ("1.00 ms".into(), "2.0 Mray/s".into()));
+        assert_eq!(speed(0), ("-".into(), "-".into()));
     }
 
     #[test]

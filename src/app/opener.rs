@@ -1,6 +1,8 @@
 //! Opens scenes and keeps what there is to know of the open one: where it comes from, whether it is being loaded, what
 //! is wrong with it, and the file's neighbours. The window asks it what to show and tells it what it hears.
 
+mod error;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,9 +22,6 @@ const PATIENCE: Duration = Duration::from_millis(150);
 const REACTION: Duration = Duration::from_millis(500);
 /// How often the time of a load is told anew.
 const TICK: Duration = Duration::from_millis(100);
-/// The most lines and letters of an error that are shown.
-const MAX_LINES: usize = 14;
-const MAX_LETTERS: usize = 100;
 
 /// What other threads tell it, by way of the event loop.
 #[derive(Debug)]
@@ -366,7 +365,7 @@ impl Opener {
             }
             Err(e) if !self.has_any => Outcome::Fatal(e),
             Err(e) => {
-                self.error = Some(lines_of(&e));
+                self.error = Some(error::lines_of(&e));
                 Outcome::Kept(e)
             }
         }
@@ -425,15 +424,6 @@ impl Opener {
             Source::Text { .. } => None,
         }
     }
-}
-
-/// An error as the window shows it.
-fn lines_of(error: &LoadError) -> Vec<Line> {
-    let words = error.words(false);
-    let lines = words.lines().take(MAX_LINES);
-    lines
-        .map(|line| Line::new("", line.chars().take(MAX_LETTERS).collect::<String>()))
-        .collect()
 }
 
 /// The scene files (`.txt`) of a folder, by name.

@@ -176,8 +176,6 @@ pub struct State {
     /// The scene's operations and the recorded ones: what is played.
     film: Vec<Operation>,
     moves: Moves,
-    /// A file holds moves that were saved; what is read from it next holds them too.
-    is_in_file: bool,
     /// Counts the scenes, and the same one loaded again.
     scene: u64,
     composer: RefCell<Composer>,
@@ -222,7 +220,6 @@ impl State {
             scale_factor: 1.0,
             settings,
             moves: Moves::default(),
-            is_in_file: false,
             scene: 0,
             composer: RefCell::default(),
             halves: sides::Halves::default(),

@@ -1,7 +1,7 @@
 //! The picture shown as the text of a scene: printed, and saved.
 
 use super::{Command, State};
-use crate::app::moves::Recorded;
+use crate::app::moves::Written;
 use crate::scene::{CameraSetting, Operation, camera_text, operations_text};
 
 /// A scene to be saved: its text with these.
@@ -13,8 +13,8 @@ pub struct Document {
     pub operations: Vec<Operation>,
     /// Take a name that is free.
     pub new_name: bool,
-    /// Of the operations, what the hand recorded.
-    pub recorded: Recorded,
+    /// Of camera and operations, what the hand did.
+    pub moves: Written,
 }
 
 impl State {
@@ -32,14 +32,13 @@ impl State {
         )
     }
 
-    /// The scene was saved under that name, or not; `recorded` is what was recorded then, `None` when another scene is
+    /// The scene was saved under that name, or not; `moves` is what the hand had done then, `None` when another scene is
     /// open since.
-    pub fn saved(&mut self, recorded: Option<Recorded>, result: Result<String, String>) {
+    pub fn saved(&mut self, moves: Option<Written>, result: Result<String, String>) {
         let line = match result {
             Ok(name) => {
-                if let Some(recorded) = recorded {
-                    self.moves.mark_saved(recorded);
-                    self.is_in_file = true;
+                if let Some(moves) = moves {
+                    self.moves.mark_saved(moves);
                 }
                 format!("saved {name}")
             }
@@ -67,7 +66,7 @@ impl State {
             camera: self.camera_setting(),
             operations,
             new_name,
-            recorded: self.moves.recorded_part(),
+            moves: self.moves.to_write(),
         }));
     }
 

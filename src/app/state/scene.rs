@@ -31,23 +31,36 @@ impl State {
         self.section_start = None;
         self.asking = None;
         self.moves = Moves::default();
-        self.is_in_file = false;
         self.playback.set_section(None);
         self.take(subject);
         self.playback.stop();
     }
 
-    /// The scene changed under the hand: its moves, the frame and the playing stay. Where moves were saved, the file
-    /// has them.
-    pub fn reload(&mut self, subject: Subject) {
-        if std::mem::take(&mut self.is_in_file) {
-            if self.moves.is_unsaved() {
-                self.say("the file has the moves that were saved: later ones are gone".to_owned());
-            }
+    /// The scene changed under the hand: its moves, the frame and the playing stay.
+    pub fn reload(&mut self, mut subject: Subject) {
+        if !self.take_saved_out_of(&mut subject) {
             self.let_go_of_all();
-            self.moves = Moves::default();
+            self.moves.leave_saved();
+            self.say("the saved moves were changed in the file: they cannot be undone".to_owned());
         }
         self.take(subject);
+    }
+
+    /// The moves that the file has from us stay the hand's. False, and nothing done, when it has others by now.
+    fn take_saved_out_of(&self, subject: &mut Subject) -> bool {
+        let saved = self.moves.saved();
+        let operations: Vec<Operation> = saved.operations().collect();
+        let corners = saved.base_corners();
+        let is_there = subject.operations.ends_with(&operations)
+            && corners.is_none_or(|corners| subject.camera == CameraSetting::Set(corners));
+        if is_there {
+            let own = subject.operations.len() - operations.len();
+            subject.operations.truncate(own);
+            if corners.is_some() {
+                (subject.camera, subject.base) = (self.setting.camera, self.setting.base);
+            }
+        }
+        is_there
     }
 
     fn take(&mut self, subject: Subject) {
@@ -188,7 +201,7 @@ mod tests {
         s.reload(subject(2));
         assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
         let document = saved(&mut s);
-        s.saved(Some(document.recorded), Ok("a.txt".into()));
+        s.saved(Some(document.moves), Ok("a.txt".into()));
         // What another program makes of the file that was saved.
         s.reload(Subject {
             operations: document.operations,
@@ -197,6 +210,78 @@ mod tests {
         assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
         s.apply(Action::Quit);
         assert!(s.take_commands().contains(&Command::Quit), "nothing asked");
+    }
+
+    fn pan(state: &mut State) {
+        let (dx_px, dy_px) = (3.0, 1.0);
+        state.apply(Action::Pan { dx_px, dy_px });
+        state.apply(Action::LetGo);
+    }
+
+    /// Saves, and returns what the file has then.
+    fn saved_file(state: &mut State) -> Subject {
+        let document = saved(state);
+        state.saved(Some(document.moves), Ok("a.txt".into()));
+        Subject {
+            camera: document.camera,
+            base: match document.camera {
+                CameraSetting::Default => subject(0).base,
+                CameraSetting::Set(corners) => Camera::from(corners),
+            },
+            operations: document.operations,
+            ..subject(0)
+        }
+    }
+
+    #[test]
+    fn moves_made_after_a_save_outlive_a_reload_with_all_their_undo_steps() {
+        let mut s = state(2);
+        s.apply(Action::ToggleRecording);
+        let mut wishes = vec![s.wish()];
+        drag(&mut s);
+        wishes.push(s.wish());
+        pan(&mut s);
+        wishes.push(s.wish());
+        let file = saved_file(&mut s);
+        // Merged into the turn that was saved.
+        drag(&mut s);
+        wishes.push(s.wish());
+        s.reload(file);
+        for wish in wishes.iter().rev() {
+            assert_eq!(s.wish(), *wish);
+            s.apply(Action::Undo);
+        }
+        for _ in &wishes {
+            s.apply(Action::Redo);
+        }
+        s.apply(Action::Quit);
+        assert!(s.is_asking(), "the last drag is in no file");
+        s.apply(Action::Decline);
+        let again = saved_file(&mut s);
+        s.open(again);
+        assert_eq!(s.wish(), wishes[3]);
+    }
+
+    #[test]
+    fn what_was_saved_and_changed_in_the_file_stays_there_and_later_moves_follow() {
+        let mut s = state(2);
+        record(&mut s);
+        let mut file = saved_file(&mut s);
+        drag(&mut s);
+        pan(&mut s);
+        let wish = s.wish();
+        file.operations.insert(2, file.operations[0]);
+        file.operations.push(file.operations[0]);
+        let mut other = state(2);
+        other.open(file.clone());
+        let left = other.wish();
+        s.reload(file);
+        assert_ne!(s.wish(), wish);
+        assert_eq!(s.frame(), (6, 6), "the file's five, and a drag");
+        s.apply(Action::Undo);
+        assert_eq!((s.wish(), s.frame()), (left, (5, 5)));
+        s.apply(Action::Undo);
+        assert_eq!(s.wish(), left, "nothing is left to undo");
     }
 
     #[test]

@@ -194,6 +194,6 @@ impl Viewer {
         self.opener.end_saving(result.ok().filter(|_| is_open));
         self.set_title();
         self.state.advance(self.now());
-        self.state.saved(is_open.then_some(document.recorded), name);
+        self.state.saved(is_open.then_some(document.moves), name);
     }
 }

@@ -172,7 +172,7 @@ fn quitting_asks_only_for_recorded_moves_that_no_file_has() {
     }
     s.apply(Action::Save);
     let (document, _) = saved(&mut s);
-    s.saved(Some(document.recorded), Ok("a.txt".into()));
+    s.saved(Some(document.moves), Ok("a.txt".into()));
     s.take_commands();
     s.apply(Action::Quit);
     assert_eq!(s.take_commands(), [Command::Quit], "all is saved");

@@ -304,6 +304,20 @@ mod tests {
     }
 
     #[test]
+    fn quitting_at_the_question_about_another_scene_asks_about_quitting() {
+        let mut s = state(1);
+        record(&mut s);
+        s.apply(Action::Browse { forward: true });
+        let before = s.take_commands();
+        s.apply(Action::Quit);
+        let after = s.take_commands();
+        assert!(matches!(&after[..], [Command::Report(_)]), "{after:?}");
+        assert!(!before.contains(&after[0]), "another question");
+        s.apply(Action::Quit);
+        assert_eq!(s.take_commands(), [Command::Quit]);
+    }
+
+    #[test]
     fn an_answer_about_the_scene_before_is_not_shown() {
         let mut s = state(1);
         s.apply(Action::SetPivot((30.0, 20.0)));

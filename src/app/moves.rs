@@ -56,6 +56,15 @@ impl List {
         (&self.turns[..turns], base.map(rounded))
     }
 
+    /// Leaves the recorded part. False when there is nothing else.
+    fn drop_on_top(&mut self) -> bool {
+        let (turns, base) = self.recorded;
+        let any = self.turns.len() > turns || self.base != base;
+        self.turns.truncate(turns);
+        self.base = base;
+        any
+    }
+
     /// Adds a turn, merged with the one before when that is about the same axis and not below `floor`.
     fn push(&mut self, floor: usize, turn: Turn) {
         if turn.micro_rad == 0 {
@@ -187,6 +196,8 @@ pub struct Moves {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Written {
     list: List,
+    /// Without what lay on top of the film.
+    is_part: bool,
     /// When it went there.
     revision: u64,
 }
@@ -207,7 +218,17 @@ impl Written {
         };
         // None that a list reaches.
         let revision = u64::MAX;
-        Written { list, revision }
+        Written {
+            list,
+            is_part: false,
+            revision,
+        }
+    }
+
+    /// True when something lay on top of the film, and was left out.
+    #[must_use]
+    pub fn is_part(&self) -> bool {
+        self.is_part
     }
 
     /// The file's last operations.
@@ -264,7 +285,7 @@ impl Moves {
     /// True when nothing was done since the last save, or ever.
     #[must_use]
     pub fn is_as_saved(&self) -> bool {
-        self.revision == self.saved.revision
+        self.revision == self.saved.revision && !self.saved.is_part
     }
 
     /// True when nothing is left of what the hand did.
@@ -287,11 +308,16 @@ impl Moves {
         self.end();
     }
 
-    /// What goes to a file.
+    /// What goes to a file: all, or without what lies on top.
     #[must_use]
-    pub fn to_write(&self) -> Written {
+    pub fn to_write(&self, with_top: bool) -> Written {
+        let mut list = self.list.clone();
+        if !with_top {
+            list.drop_on_top();
+        }
         Written {
-            list: self.list.clone(),
+            is_part: list != self.list,
+            list,
             revision: self.revision,
         }
     }
@@ -416,11 +442,8 @@ impl Moves {
     /// Drops what lies on top of the film: one step. False when there is nothing.
     pub fn drop_on_top(&mut self) -> bool {
         self.end();
-        let (turns, base) = self.list.recorded;
-        let any = self.list.turns.len() > turns || self.list.base != base;
         self.gesture();
-        self.list.turns.truncate(turns);
-        self.list.base = base;
+        let any = self.list.drop_on_top();
         self.end();
         any
     }

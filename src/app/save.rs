@@ -118,7 +118,7 @@ mod tests {
             camera: CameraSetting::Default,
             operations: vec![Operation { axis, angle_rad }],
             new_name,
-            moves: Moves::default().to_write(),
+            moves: Moves::default().to_write(true),
         }
     }
 

@@ -142,8 +142,8 @@ pub struct OverlayWish {
     pub picked: Vec<(String, String)>,
     /// Where the points that were picked are seen, in pixels.
     pub marks: Vec<(i32, i32)>,
-    /// Moves are being recorded.
-    pub recording: bool,
+    /// Whether moves are recorded, in words; `None`: nobody wants that.
+    pub recording: Option<String>,
     /// The bar of frames.
     pub bar: Option<BarWish>,
     /// A line that waits for an answer.
@@ -377,7 +377,7 @@ impl State {
             sheet: self.sheet,
             picked: self.picked_lines.clone(),
             marks: self.marks(),
-            recording: self.recording,
+            recording: self.recording_in_words(),
             bar: self.bar_wish(),
             question: self.question(),
             message: self.message.as_ref().map(|(text, _)| text.clone()),

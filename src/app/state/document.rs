@@ -2,7 +2,7 @@
 
 use super::{Command, State};
 use crate::app::moves::Written;
-use crate::scene::{CameraSetting, Operation, camera_text, operations_text};
+use crate::scene::{CameraCorners, CameraSetting, Operation, camera_text, operations_text};
 
 /// A scene to be saved: its text with these.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ impl State {
     #[must_use]
     pub fn scene_text(&self) -> (String, String) {
         let operations: Vec<Operation> = self.operations().collect();
-        let camera = match self.camera_setting() {
+        let camera = match self.camera_of(self.moves.base_corners()) {
             CameraSetting::Default => Ok("<d\n".to_owned()),
             CameraSetting::Set(corners) => camera_text(&corners),
         };
@@ -37,10 +37,15 @@ impl State {
     pub fn saved(&mut self, moves: Option<Written>, result: Result<String, String>) {
         let line = match result {
             Ok(name) => {
+                let is_part = moves.as_ref().is_some_and(Written::is_part);
                 if let Some(moves) = moves {
                     self.moves.mark_saved(moves);
                 }
-                format!("saved {name}")
+                if is_part {
+                    format!("saved {name} without the moves that lie on top of the frame")
+                } else {
+                    format!("saved {name}")
+                }
             }
             Err(why) => format!("cannot save the scene: {why}"),
         };
@@ -48,25 +53,21 @@ impl State {
         self.say(line);
     }
 
-    /// The base camera as a file says it.
-    pub(super) fn camera_setting(&self) -> CameraSetting {
-        self.moves
-            .base_corners()
-            .map_or(self.setting.camera, CameraSetting::Set)
+    /// The base camera as a file says it; `None`: the scene's.
+    fn camera_of(&self, base: Option<CameraCorners>) -> CameraSetting {
+        base.map_or(self.setting.camera, CameraSetting::Set)
     }
 
     pub(super) fn save(&mut self, new_name: bool) {
         self.let_go_of_all();
-        let mut operations = self.film.clone();
         // What is on top of another frame is no part of the scene.
-        if self.playback.is_at_end() {
-            operations.extend(self.moves.on_top());
-        }
+        let moves = self.moves.to_write(self.playback.is_at_end());
+        let own = self.setting.operations.iter().copied();
         self.commands.push(Command::Save(Document {
-            camera: self.camera_setting(),
-            operations,
+            camera: self.camera_of(moves.base_corners()),
+            operations: own.chain(moves.operations()).collect(),
             new_name,
-            moves: self.moves.to_write(),
+            moves,
         }));
     }
 

@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 use super::{State, Turning};
 use crate::app::action::{Action, Side};
 use crate::app::orbit::{self, OrbitStyle};
+use crate::app::overlay::RECORDING;
 use crate::scene::Axis;
 
 /// The turn of a tapped axis key, at once: 5 degrees.
@@ -246,8 +247,21 @@ impl State {
     }
 
     fn before_move(&mut self) {
-        let to_film = self.recording && self.playback.is_at_end();
-        self.moves.set_recording(to_film);
+        self.moves.set_recording(self.moves_are_recorded());
+    }
+
+    /// New operations follow the last frame: on others moves lie on top.
+    fn moves_are_recorded(&self) -> bool {
+        self.recording && self.playback.is_at_end()
+    }
+
+    pub(super) fn recording_in_words(&self) -> Option<String> {
+        if self.moves_are_recorded() {
+            return Some(RECORDING.to_owned());
+        }
+        let end = self.keymap.chord_of(Action::GoToEnd);
+        let end = end.map_or("the last frame".to_owned(), |chord| chord.to_string());
+        self.recording.then(|| format!("recording waits: {end}"))
     }
 
     /// Brings the film in line with what is recorded.

@@ -158,6 +158,23 @@ pub enum Action {
     Quit,
 }
 
+impl Action {
+    /// A key held down does it again and again.
+    #[must_use]
+    pub fn repeats(self) -> bool {
+        matches!(
+            self,
+            Action::StepFrames(_)
+                | Action::StepOperation { .. }
+                | Action::ScaleSpeed(_)
+                | Action::ScaleCost(_)
+                | Action::Zoom(_)
+                | Action::Undo
+                | Action::Redo
+        )
+    }
+}
+
 /// Where to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {

@@ -60,13 +60,14 @@ impl Input {
         self.modifiers = modifiers;
     }
 
-    /// A key goes down. Repeats of a held key do nothing.
+    /// A key goes down, or is held and `repeat`s itself: then it only does what goes on by steps.
     pub fn key_down(&mut self, id: KeyId, key: Key, repeat: bool) -> Option<Action> {
-        if repeat || self.modifiers.foreign {
+        if self.modifiers.foreign {
             return None;
         }
         match self.keymap.bound_to(Chord::of_key(key, self.modifiers))? {
-            Effect::Press(action) => Some(action),
+            Effect::Press(action) => (!repeat || action.repeats()).then_some(action),
+            Effect::Hold { .. } if repeat => None,
             Effect::Hold { axis, reverse } => {
                 // The same axis from a second key: the newer one counts.
                 self.held.retain(|&(_, held)| held != axis);
@@ -287,6 +288,24 @@ mod tests {
         assert_eq!(input.key_down(1, Key::Char('x'), true), None);
         assert_eq!(input.key_up(1), Some(Action::StopTurn(Axis::X)));
         assert_eq!(input.key_up(1), None);
+    }
+
+    #[test]
+    fn a_held_key_repeats_steps_and_nothing_else() {
+        let mut input = Input::default();
+        let mut repeated = |key| input.key_down(1, key, true);
+        let step = Some(Action::StepFrames(1));
+        assert_eq!(repeated(Key::Char('.')), step);
+        let back = true;
+        assert_eq!(repeated(Key::Left), Some(Action::StepOperation { back }));
+        for key in [Key::Space, Key::Tab, Key::Char('r'), Key::Char('q')] {
+            assert_eq!(repeated(key), None, "{key:?}");
+        }
+        input.set_modifiers(CTRL);
+        let mut repeated = |c| input.key_down(1, Key::Char(c), true);
+        assert_eq!(repeated('z'), Some(Action::Undo));
+        assert_eq!(repeated('='), Some(Action::Zoom(1)));
+        assert_eq!(repeated('s'), None);
     }
 
     #[test]

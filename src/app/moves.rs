@@ -397,10 +397,11 @@ impl Moves {
         self.turn_freely(turn.normalize());
     }
 
-    /// Takes back the turns of the gesture so far.
+    /// Takes back the gesture so far.
     pub fn take_back(&mut self) {
         if let Some(gesture) = &mut self.gesture {
             gesture.parts.clear();
+            self.list.base = gesture.before.base;
             self.compose();
         }
     }

@@ -32,7 +32,7 @@ impl State {
             on_from: self.now + TAP,
         });
         self.before_move();
-        self.moves.turn(axis, signed(TAP_MICRO_RAD, reverse));
+        self.turn_about(axis, signed(TAP_MICRO_RAD, reverse), true);
         self.after_move();
     }
 
@@ -53,16 +53,12 @@ impl State {
             return;
         };
         self.before_move();
+        let turning = self.turning.clone();
         for tick in first..ticks(self.now) {
             let due = |t: &&Turning| ticks(t.on_from) <= tick;
-            let alone = self.turning.iter().filter(due).count() == 1;
-            for t in self.turning.iter().filter(due) {
-                let micro = signed(TICK_MICRO_RAD, t.reverse);
-                if alone {
-                    self.moves.turn(t.axis, micro);
-                } else {
-                    self.moves.turn_among_others(t.axis, micro);
-                }
+            let alone = turning.iter().filter(due).count() == 1;
+            for t in turning.iter().filter(due) {
+                self.turn_about(t.axis, signed(TICK_MICRO_RAD, t.reverse), alone);
             }
         }
         self.after_move();
@@ -78,14 +74,9 @@ impl State {
             }
             Some(axis) => {
                 let angle_rad = orbit::orbit_about(&camera, axis, dx_px, dy_px, height);
-                if self.pivot.is_some() {
-                    let turn = orbit::direction(axis) * angle_rad;
-                    self.turn_about_pivot(orbit::rotation_of(turn));
-                } else {
-                    self.before_move();
-                    self.moves.turn(axis, angle_rad * 1e6);
-                    self.after_move();
-                }
+                self.before_move();
+                self.turn_about(axis, angle_rad * 1e6, true);
+                self.after_move();
             }
         }
         self.dragging = true;
@@ -221,6 +212,18 @@ impl State {
         if !self.dragging && self.turning.iter().any(|t| Some(t.axis) == only) {
             self.turning.clear();
             self.moves.take_back();
+        }
+    }
+
+    /// Turns along a world axis through the pivot; not `alone`: about others at the same time.
+    fn turn_about(&mut self, axis: Axis, micro_rad: f64, alone: bool) {
+        match self.pivot {
+            Some(pivot) => {
+                let turn = orbit::rotation_of(orbit::direction(axis) * (micro_rad / 1e6));
+                self.bake(|p| turn * (p - pivot) + pivot);
+            }
+            None if alone => self.moves.turn(axis, micro_rad),
+            None => self.moves.turn_among_others(axis, micro_rad),
         }
     }
 

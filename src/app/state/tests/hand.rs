@@ -108,6 +108,33 @@ fn a_drag_takes_back_the_turn_of_the_key_that_names_its_axis() {
 }
 
 #[test]
+fn keys_turn_about_the_pivot_that_the_hand_has_set() {
+    let pivot = DVec3::new(0.3, -0.2, 0.1);
+    let mut s = state();
+    s.pivot = Some(pivot);
+    let place = |s: &State| {
+        let (x, y) = crate::app::orbit::place_of(&s.wish().view, pivot).expect("before the eye");
+        DVec3::new(x, y, 0.0)
+    };
+    let (before, at) = (s.wish(), place(&s));
+    s.apply(X);
+    s.advance(ms(700));
+    assert!((place(&s) - at).length() < 1e-3);
+    // Held while dragging it was no turn.
+    let (dx_px, dy_px, only) = (9.0, 2.0, Some(Axis::X));
+    let mut without = state();
+    without.pivot = s.pivot;
+    for s in [&mut s, &mut without] {
+        s.apply(Action::Orbit { dx_px, dy_px, only });
+        s.apply(Action::StopTurns);
+    }
+    assert_eq!(s.wish(), without.wish());
+    assert!((place(&s) - at).length() < 1e-3 && s.wish() != before);
+    s.apply(Action::Undo);
+    assert_eq!(s.wish(), before);
+}
+
+#[test]
 fn two_held_keys_turn_the_same_way_however_often_time_is_looked_at() {
     let (mut once, mut often) = (state(), state());
     for s in [&mut once, &mut often] {

@@ -289,6 +289,7 @@ const SHEET: &str = "this sheet on or off";
 const UNDO: &str = "undo a move, redo it";
 const FULLSCREEN: &str = "fullscreen on or off";
 const QUIT: &str = "quit";
+const FIT: &str = "fit the whole scene into the window";
 const SAVE: &str = "save the scene with the moves; under a new name";
 
 /// Every key and gesture of the viewer.
@@ -334,6 +335,8 @@ pub const BINDINGS: &[Binding] = &[
     look('3', Side::Right, Modifiers::CTRL),
     look('7', Side::Top, Modifiers::CTRL),
     look('9', Side::Corner, Modifiers::CTRL),
+    letter('0', Action::Fit, FIT),
+    with(Modifiers::SHIFT, Key::Char('c'), Action::Fit, FIT),
     key(
         Key::Enter,
         Action::ReturnToScene,

@@ -109,6 +109,7 @@ impl AppOptions {
             operations: Vec::new(),
             timing: self.timing,
             pivot: self.pivot.point(Aabb::EMPTY),
+            bounds: Aabb::EMPTY,
             stretch: self.stretch,
             overlay: self.overlay,
             print_picks: self.print_picks,

@@ -28,6 +28,7 @@ use super::moves::Moves;
 use super::scrub::BarWish;
 use super::side::Split;
 use crate::camera::{Camera, View};
+use crate::geometry::Aabb;
 use crate::render::{Picked, Settings, ViewMode};
 use crate::scene::{Axis, CameraSetting, Operation};
 use crate::simd::Kernel;
@@ -63,6 +64,8 @@ pub struct Setting {
     pub timing: Timing,
     /// What they turn the camera about, and hands to begin with.
     pub pivot: DVec3,
+    /// The box of all triangles.
+    pub bounds: Aabb,
     /// The plane is mapped onto the window as it is.
     pub stretch: bool,
     /// Something may be drawn over the picture.
@@ -299,6 +302,7 @@ impl State {
             Action::Dolly { notches, at } => self.dolly(notches, at),
             Action::LetGo => self.let_go(),
             Action::Look { from, opposite } => self.look(from, opposite),
+            Action::Fit => self.fit(),
             Action::ToggleTurntable => self.toggle_turntable(),
             Action::Pick(at) => self.probe(at, Spot::Pick),
             Action::Measure(at) => self.probe(at, Spot::Measure),

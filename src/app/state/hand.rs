@@ -10,6 +10,7 @@ use super::{State, Turning};
 use crate::app::action::{Action, Side};
 use crate::app::orbit::{self, OrbitStyle};
 use crate::app::overlay::RECORDING;
+use crate::camera::Pivot;
 use crate::scene::Axis;
 
 /// The turn of a tapped axis key, at once: 5 degrees.
@@ -112,16 +113,40 @@ impl State {
     }
 
     pub(super) fn look(&mut self, from: Side, opposite: bool) {
+        let [right, up, front] = orbit::sides(&self.setting.base);
         let (direction, up) = match from {
-            Side::Front => (DVec3::NEG_Y, DVec3::Z),
-            Side::Right => (DVec3::X, DVec3::Z),
-            Side::Top => (DVec3::Z, DVec3::Y),
-            Side::Corner => (DVec3::new(1.0, -1.0, 1.0), DVec3::Z),
+            Side::Front => (front, up),
+            Side::Right => (right, up),
+            Side::Top => (up, -front),
+            Side::Corner => (right + up + front, up),
         };
         let direction = if opposite { -direction } else { direction };
         self.let_go_of_all();
+        self.take_pivot_in_scene();
         self.turn_about_pivot(orbit::facing(&self.camera(), direction, up));
         self.end_if_idle();
+    }
+
+    pub(super) fn fit(&mut self) {
+        self.let_go_of_all();
+        self.take_pivot_in_scene();
+        match orbit::fit(&self.camera(), &self.view(), self.setting.bounds) {
+            Some(shift) => self.shift(shift),
+            None => self.say("there is nothing to fit into the window".to_owned()),
+        }
+        self.end_if_idle();
+    }
+
+    /// A turn about a point outside of the scene would turn the scene out of the picture.
+    fn take_pivot_in_scene(&mut self) {
+        let bounds = self.setting.bounds;
+        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        let pivot = self.setting.pivot;
+        let is_inside = pivot.cmpge(min).all() && pivot.cmple(max).all();
+        if self.pivot.is_none() && !is_inside && !bounds.is_empty() {
+            self.pivot = Some(Pivot::Centre.point(bounds));
+            self.say("the scene lies beside the pivot: orbit about its centre".to_owned());
+        }
     }
 
     pub(super) fn let_go(&mut self) {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::State;
 use crate::app::moves::Moves;
 use crate::camera::Camera;
+use crate::geometry::Aabb;
 use crate::scene::{CameraSetting, Operation};
 
 /// What the state knows of a scene.
@@ -20,6 +21,8 @@ pub struct Subject {
     pub operations: Vec<Operation>,
     /// What they turn the camera about, and hands to begin with.
     pub pivot: DVec3,
+    /// The box of all triangles.
+    pub bounds: Aabb,
 }
 
 impl State {
@@ -69,10 +72,12 @@ impl State {
             base,
             operations,
             pivot,
+            bounds,
         } = subject;
         self.setting.camera = camera;
         self.setting.base = base;
         self.setting.pivot = pivot;
+        self.setting.bounds = bounds;
         self.film.clone_from(&operations);
         self.setting.operations = operations;
         self.scene += 1;
@@ -100,7 +105,6 @@ mod tests {
     use super::*;
     use crate::app::action::Action;
     use crate::app::state::{Command, Document, Setting};
-    use crate::geometry::Aabb;
     use crate::render::Settings;
     use crate::scene::{Axis, CameraCorners};
     use crate::timeline::Timing;
@@ -112,6 +116,7 @@ mod tests {
             base: Camera::default_for(Aabb::EMPTY),
             operations: vec![Operation { axis, angle_rad }; operations],
             pivot: DVec3::ZERO,
+            bounds: Aabb::EMPTY,
         }
     }
 
@@ -121,6 +126,7 @@ mod tests {
             base,
             operations,
             pivot,
+            bounds,
         } = subject(operations);
         let setting = Setting {
             camera,
@@ -128,6 +134,7 @@ mod tests {
             operations,
             timing: Timing::STEPS,
             pivot,
+            bounds,
             stretch: false,
             overlay: true,
             print_picks: false,

@@ -67,6 +67,7 @@ impl Viewer {
             base,
             operations,
             pivot: self.pivot.point(bounds),
+            bounds,
         };
         self.state.advance(self.now());
         if again {

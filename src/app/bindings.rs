@@ -276,8 +276,14 @@ const fn view(number: u8, mode: ViewMode) -> Binding {
     key(Key::F(number), Action::ShowView(mode), VIEWS)
 }
 
+const fn right_view(number: u8, mode: ViewMode) -> Binding {
+    let action = Action::ShowRightView(mode);
+    with(Modifiers::SHIFT, Key::F(number), action, RIGHT_VIEWS)
+}
+
 const VIEWS: &str = "view: shaded, id, normal, depth, cost";
 const COST: &str = "the view cost: brighter, darker";
+const RIGHT_VIEWS: &str = "the same on the right side of a split";
 const RIGHT: &str = "right side of a split: next engine, next view";
 const FRAME: &str = "one frame back, one on";
 const OPERATION: &str = "one operation back, one on";
@@ -404,6 +410,11 @@ pub const BINDINGS: &[Binding] = &[
     view(3, ViewMode::Normal),
     view(4, ViewMode::Depth),
     view(5, ViewMode::Cost),
+    right_view(1, ViewMode::Shaded),
+    right_view(2, ViewMode::Id),
+    right_view(3, ViewMode::Normal),
+    right_view(4, ViewMode::Depth),
+    right_view(5, ViewMode::Cost),
     key(Key::F(9), Action::ScaleCost(0.5), COST),
     key(Key::F(10), Action::ScaleCost(2.0), COST),
     letter(

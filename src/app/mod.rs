@@ -37,6 +37,7 @@ mod painter;
 mod panics;
 mod present;
 mod save;
+mod scenes;
 mod screen;
 mod screenshot;
 mod script;

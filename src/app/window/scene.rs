@@ -14,6 +14,7 @@ use crate::app::journal::Ground;
 use crate::app::loader::{Loaded, Source};
 use crate::app::opener::{Heard, Outcome};
 use crate::app::save::{Saved, save};
+use crate::app::scenes::first_scene;
 use crate::app::state::{Command, Document, Subject};
 use crate::app::statistics::Statistics;
 use crate::camera::Camera;
@@ -143,7 +144,7 @@ impl Viewer {
             return;
         }
         self.state.advance(self.now());
-        self.state.leave(Command::Open(path));
+        self.state.leave(Command::Open(first_scene(path)));
     }
 
     pub(super) fn browse(&mut self, event_loop: &ActiveEventLoop, forward: bool) {

@@ -1,5 +1,7 @@
 //! The picture shown as the text of a scene: printed, and saved.
 
+use glam::DVec3;
+
 use super::{Command, State};
 use crate::app::moves::Written;
 use crate::scene::{CameraCorners, CameraSetting, Operation, camera_text, operations_text};
@@ -41,16 +43,27 @@ impl State {
                 if let Some(moves) = moves {
                     self.moves.mark_saved(moves);
                 }
-                if is_part {
-                    format!("saved {name} without the moves that lie on top of the frame")
+                let without = if is_part {
+                    " without the moves that lie on top of the frame"
                 } else {
-                    format!("saved {name}")
-                }
+                    ""
+                };
+                format!("saved {name}{without}{}", self.needed_pivot())
             }
             Err(why) => format!("cannot save the scene: {why}"),
         };
         self.report(line.clone());
         self.say(line);
+    }
+
+    /// What the operations need to show the same again, in words.
+    fn needed_pivot(&self) -> &'static str {
+        let is_origin = self.setting.pivot == DVec3::ZERO;
+        if is_origin || self.operations().next().is_none() {
+            ""
+        } else {
+            "; its operations need --pivot centre"
+        }
     }
 
     /// The base camera as a file says it; `None`: the scene's.
@@ -74,6 +87,7 @@ impl State {
     pub(super) fn print_camera(&mut self) {
         let (camera, operations) = self.scene_text();
         self.commands.push(Command::Print(camera + &operations));
-        self.say("the camera is on the standard output".to_owned());
+        let needed = self.needed_pivot();
+        self.say(format!("the camera is on the standard output{needed}"));
     }
 }

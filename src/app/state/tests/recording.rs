@@ -204,6 +204,32 @@ fn saving_away_from_the_last_frame_saves_what_is_recorded_and_says_what_it_leave
 }
 
 #[test]
+fn operations_about_another_pivot_than_the_formats_say_what_they_need() {
+    let saved_as = |pivot, operations| {
+        let setting = Setting {
+            pivot,
+            operations,
+            ..setting()
+        };
+        let mut s = State::new(setting, Settings::default(), SIZE);
+        s.saved(None, Ok("a.txt".into()));
+        let said = s.overlay().message.expect("a message");
+        s.apply(Action::PrintCamera);
+        let printed = s.overlay().message.expect("a message");
+        (said, printed.contains("--pivot centre"))
+    };
+    let operations = setting().operations;
+    let needs = "saved a.txt; its operations need --pivot centre";
+    assert_eq!(
+        saved_as(DVec3::ONE, operations.clone()),
+        (needs.into(), true)
+    );
+    for (pivot, operations) in [(DVec3::ONE, Vec::new()), (DVec3::ZERO, operations)] {
+        assert_eq!(saved_as(pivot, operations), ("saved a.txt".into(), false));
+    }
+}
+
+#[test]
 fn quitting_asks_only_for_recorded_moves_that_no_file_has() {
     let mut s = state();
     s.apply(X);

@@ -57,6 +57,8 @@ pub enum Action {
     },
     /// The hand lets go of the picture: what it did is one step of undo.
     LetGo,
+    /// Move so far away that the whole scene is seen.
+    Fit,
     /// Look from a side.
     Look {
         /// Which.
@@ -158,14 +160,31 @@ pub enum Action {
     Quit,
 }
 
+impl Action {
+    /// A key held down does it again and again.
+    #[must_use]
+    pub fn repeats(self) -> bool {
+        matches!(
+            self,
+            Action::StepFrames(_)
+                | Action::StepOperation { .. }
+                | Action::ScaleSpeed(_)
+                | Action::ScaleCost(_)
+                | Action::Zoom(_)
+                | Action::Undo
+                | Action::Redo
+        )
+    }
+}
+
 /// Where to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// Along +y.
+    /// Where up is z: along +y; where it is y: along -z.
     Front,
     /// Along -x.
     Right,
-    /// Along -z.
+    /// From where up is.
     Top,
     /// From the front, the right and above at once.
     Corner,
@@ -175,6 +194,7 @@ pub enum Side {
 const WORDS: &[(&str, Action)] = &[
     ("stop-turns", Action::StopTurns),
     ("let-go", Action::LetGo),
+    ("fit", Action::Fit),
     ("turntable", Action::ToggleTurntable),
     ("play", Action::TogglePlayback),
     ("play-backwards", Action::TogglePlaybackBackwards),

@@ -276,8 +276,14 @@ const fn view(number: u8, mode: ViewMode) -> Binding {
     key(Key::F(number), Action::ShowView(mode), VIEWS)
 }
 
+const fn right_view(number: u8, mode: ViewMode) -> Binding {
+    let action = Action::ShowRightView(mode);
+    with(Modifiers::SHIFT, Key::F(number), action, RIGHT_VIEWS)
+}
+
 const VIEWS: &str = "view: shaded, id, normal, depth, cost";
 const COST: &str = "the view cost: brighter, darker";
+const RIGHT_VIEWS: &str = "the same on the right side of a split";
 const RIGHT: &str = "right side of a split: next engine, next view";
 const FRAME: &str = "one frame back, one on";
 const OPERATION: &str = "one operation back, one on";
@@ -289,6 +295,7 @@ const SHEET: &str = "this sheet on or off";
 const UNDO: &str = "undo a move, redo it";
 const FULLSCREEN: &str = "fullscreen on or off";
 const QUIT: &str = "quit";
+const FIT: &str = "fit the whole scene into the window";
 const SAVE: &str = "save the scene with the moves; under a new name";
 
 /// Every key and gesture of the viewer.
@@ -334,6 +341,8 @@ pub const BINDINGS: &[Binding] = &[
     look('3', Side::Right, Modifiers::CTRL),
     look('7', Side::Top, Modifiers::CTRL),
     look('9', Side::Corner, Modifiers::CTRL),
+    letter('0', Action::Fit, FIT),
+    with(Modifiers::SHIFT, Key::Char('c'), Action::Fit, FIT),
     key(
         Key::Enter,
         Action::ReturnToScene,
@@ -401,6 +410,11 @@ pub const BINDINGS: &[Binding] = &[
     view(3, ViewMode::Normal),
     view(4, ViewMode::Depth),
     view(5, ViewMode::Cost),
+    right_view(1, ViewMode::Shaded),
+    right_view(2, ViewMode::Id),
+    right_view(3, ViewMode::Normal),
+    right_view(4, ViewMode::Depth),
+    right_view(5, ViewMode::Cost),
     key(Key::F(9), Action::ScaleCost(0.5), COST),
     key(Key::F(10), Action::ScaleCost(2.0), COST),
     letter(

@@ -41,6 +41,8 @@ pub struct Input {
     cursor_px: Option<(f64, f64)>,
     press: Option<Press>,
     last_click: Option<(Duration, (f64, f64))>,
+    /// A button of X11 that stands for a notch of the wheel went up just now.
+    wheel_let_go: bool,
 }
 
 impl Input {
@@ -58,13 +60,14 @@ impl Input {
         self.modifiers = modifiers;
     }
 
-    /// A key goes down. Repeats of a held key do nothing.
+    /// A key goes down, or is held and `repeat`s itself: then it only does what goes on by steps.
     pub fn key_down(&mut self, id: KeyId, key: Key, repeat: bool) -> Option<Action> {
-        if repeat || self.modifiers.foreign {
+        if self.modifiers.foreign {
             return None;
         }
         match self.keymap.bound_to(Chord::of_key(key, self.modifiers))? {
-            Effect::Press(action) => Some(action),
+            Effect::Press(action) => (!repeat || action.repeats()).then_some(action),
+            Effect::Hold { .. } if repeat => None,
             Effect::Hold { axis, reverse } => {
                 // The same axis from a second key: the newer one counts.
                 self.held.retain(|&(_, held)| held != axis);
@@ -184,8 +187,18 @@ impl Input {
         })
     }
 
+    /// The mouse did something on X11 that the window is told of next: a button of this number went down or up, or
+    /// anything else. Where a pointer has no wheel of its own (xdotool, VNC), the buttons 4 to 7 stand for one, and
+    /// winit 0.30 tells a notch as such a button goes down, and another one as it goes up.
+    pub fn raw_button(&mut self, button: Option<u32>, is_down: bool) {
+        self.wheel_let_go = matches!(button, Some(4..=7)) && !is_down;
+    }
+
     /// The wheel turned by so many notches, away from the user counting up.
     pub fn wheel(&mut self, notches: f64) -> Option<Action> {
+        if std::mem::take(&mut self.wheel_let_go) {
+            return None;
+        }
         let chord = Chord {
             trigger: Trigger::Wheel,
             modifiers: self.modifiers,
@@ -275,6 +288,24 @@ mod tests {
         assert_eq!(input.key_down(1, Key::Char('x'), true), None);
         assert_eq!(input.key_up(1), Some(Action::StopTurn(Axis::X)));
         assert_eq!(input.key_up(1), None);
+    }
+
+    #[test]
+    fn a_held_key_repeats_steps_and_nothing_else() {
+        let mut input = Input::default();
+        let mut repeated = |key| input.key_down(1, key, true);
+        let step = Some(Action::StepFrames(1));
+        assert_eq!(repeated(Key::Char('.')), step);
+        let back = true;
+        assert_eq!(repeated(Key::Left), Some(Action::StepOperation { back }));
+        for key in [Key::Space, Key::Tab, Key::Char('r'), Key::Char('q')] {
+            assert_eq!(repeated(key), None, "{key:?}");
+        }
+        input.set_modifiers(CTRL);
+        let mut repeated = |c| input.key_down(1, Key::Char(c), true);
+        assert_eq!(repeated('z'), Some(Action::Undo));
+        assert_eq!(repeated('='), Some(Action::Zoom(1)));
+        assert_eq!(repeated('s'), None);
     }
 
     #[test]
@@ -384,6 +415,28 @@ mod tests {
         let dy_px = 20.0;
         let drag = Some(Action::DollyDrag { dy_px, at });
         assert_eq!(input.cursor_moved(10.0, 30.0, ms(1)), drag);
+    }
+
+    #[test]
+    fn a_button_that_stands_for_a_notch_counts_once_and_a_wheel_of_its_own_every_time() {
+        let mut input = input();
+        let (notches, at) = (1.0, None);
+        let dolly = Some(Action::Dolly { notches, at });
+        for _ in 0..2 {
+            input.raw_button(Some(4), true);
+            assert_eq!(input.wheel(notches), dolly);
+            input.raw_button(Some(4), false);
+            assert_eq!(input.wheel(notches), None);
+        }
+        // The notch of this one was another window's.
+        input.raw_button(Some(4), false);
+        for _ in 0..2 {
+            input.raw_button(None, false);
+            assert_eq!(input.wheel(notches), dolly);
+            assert_eq!(input.wheel(notches), dolly);
+        }
+        input.raw_button(Some(3), false);
+        assert_eq!(input.wheel(notches), dolly);
     }
 
     #[test]

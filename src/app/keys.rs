@@ -1,5 +1,7 @@
 //! winit's keys, buttons and wheels in the viewer's own words.
 
+use std::ops::RangeInclusive;
+
 use winit::event::{KeyEvent, MouseButton, MouseScrollDelta};
 use winit::keyboard::{
     Key as WinitKey, KeyCode, ModifiersState, NamedKey, NativeKeyCode, PhysicalKey,
@@ -14,6 +16,9 @@ const PX_PER_NOTCH: f64 = 40.0;
 /// What the key types. On a layout whose letters are not ASCII: what it would type on a US one.
 #[must_use]
 pub fn key_of(event: &KeyEvent) -> Option<Key> {
+    if let Some(digit) = keypad_digit(event.physical_key) {
+        return Some(Key::Char(digit));
+    }
     match event.logical_key.as_ref() {
         WinitKey::Named(NamedKey::Space) | WinitKey::Character(" ") => Some(Key::Space),
         WinitKey::Named(NamedKey::Enter) => Some(Key::Enter),
@@ -53,12 +58,21 @@ pub fn key_of(event: &KeyEvent) -> Option<Key> {
 
 /// The letter that stands on the key on a US keyboard.
 fn latin(key: PhysicalKey) -> Option<char> {
+    nth(key, KeyCode::KeyA, b'a'..=b'z')
+}
+
+/// The digit on a key of the keypad, NumLock or not: views are chosen there, and without NumLock 9 is PageUp.
+fn keypad_digit(key: PhysicalKey) -> Option<char> {
+    nth(key, KeyCode::Numpad0, b'0'..=b'9')
+}
+
+/// The sign of a key of those that follow `first` in winit's list in the order of `signs`.
+fn nth(key: PhysicalKey, first: KeyCode, mut signs: RangeInclusive<u8>) -> Option<char> {
     let PhysicalKey::Code(code) = key else {
         return None;
     };
-    // The letters follow one another in winit's list.
-    let at = (code as u32).checked_sub(KeyCode::KeyA as u32)?;
-    (b'a'..=b'z').nth(usize::try_from(at).ok()?).map(char::from)
+    let at = (code as u32).checked_sub(first as u32)?;
+    signs.nth(usize::try_from(at).ok()?).map(char::from)
 }
 
 /// Tells physical keys apart.
@@ -118,6 +132,22 @@ mod tests {
         }
         for code in [KeyCode::Digit9, KeyCode::Equal, KeyCode::Minus] {
             assert_eq!(latin(PhysicalKey::Code(code)), None);
+        }
+    }
+
+    #[test]
+    fn digits_of_the_keypad_follow_one_another_in_winits_list() {
+        for (code, digit) in [
+            (KeyCode::Numpad0, Some('0')),
+            (KeyCode::Numpad1, Some('1')),
+            (KeyCode::Numpad7, Some('7')),
+            (KeyCode::Numpad9, Some('9')),
+            (KeyCode::NumLock, None),
+            (KeyCode::NumpadAdd, None),
+            (KeyCode::Digit9, None),
+            (KeyCode::PageUp, None),
+        ] {
+            assert_eq!(keypad_digit(PhysicalKey::Code(code)), digit, "{code:?}");
         }
     }
 }

@@ -37,6 +37,7 @@ mod painter;
 mod panics;
 mod present;
 mod save;
+mod scenes;
 mod screen;
 mod screenshot;
 mod script;
@@ -109,6 +110,7 @@ impl AppOptions {
             operations: Vec::new(),
             timing: self.timing,
             pivot: self.pivot.point(Aabb::EMPTY),
+            bounds: Aabb::EMPTY,
             stretch: self.stretch,
             overlay: self.overlay,
             print_picks: self.print_picks,

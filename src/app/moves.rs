@@ -50,6 +50,21 @@ pub struct List {
 }
 
 impl List {
+    /// The recorded part, as a file says it.
+    fn recorded_part(&self) -> (&[Turn], Option<CameraCorners>) {
+        let (turns, base) = self.recorded;
+        (&self.turns[..turns], base.map(rounded))
+    }
+
+    /// Leaves the recorded part. False when there is nothing else.
+    fn drop_on_top(&mut self) -> bool {
+        let (turns, base) = self.recorded;
+        let any = self.turns.len() > turns || self.base != base;
+        self.turns.truncate(turns);
+        self.base = base;
+        any
+    }
+
     /// Adds a turn, merged with the one before when that is about the same axis and not below `floor`.
     fn push(&mut self, floor: usize, turn: Turn) {
         if turn.micro_rad == 0 {
@@ -172,18 +187,60 @@ pub struct Moves {
     future: Vec<Step>,
     /// Gestures that begin now are recorded.
     recording: bool,
-    saved: Recorded,
+    saved: Written,
     /// Counts the changes that are done.
     revision: u64,
 }
 
-/// The recorded part of a list, as it went to a file.
+/// A list as it went to a file: the file's last operations are its turns, and its base is the file's camera.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recorded {
-    turns: Vec<Turn>,
-    base: Option<Camera>,
+pub struct Written {
+    list: List,
+    /// Without what lay on top of the film.
+    is_part: bool,
     /// When it went there.
     revision: u64,
+}
+
+impl Written {
+    /// What a file has, read again: the list that it was made of had no other turns.
+    #[must_use]
+    pub fn of_file(operations: &[Operation], base: Option<Camera>) -> Written {
+        let turn = |op: &Operation| Turn {
+            axis: op.axis,
+            // Angles stay far below 2^53 millionths.
+            micro_rad: (op.angle_rad * 1e6).round() as i64,
+        };
+        let list = List {
+            turns: operations.iter().map(turn).collect(),
+            base,
+            recorded: (operations.len(), base),
+        };
+        // None that a list reaches.
+        let revision = u64::MAX;
+        Written {
+            list,
+            is_part: false,
+            revision,
+        }
+    }
+
+    /// True when something lay on top of the film, and was left out.
+    #[must_use]
+    pub fn is_part(&self) -> bool {
+        self.is_part
+    }
+
+    /// The file's last operations.
+    pub fn operations(&self) -> impl ExactSizeIterator<Item = Operation> {
+        self.list.turns.iter().map(|t| t.operation())
+    }
+
+    /// The file's camera; `None`: the one that it had before.
+    #[must_use]
+    pub fn base_corners(&self) -> Option<CameraCorners> {
+        self.list.base.map(rounded)
+    }
 }
 
 impl Moves {
@@ -216,8 +273,7 @@ impl Moves {
     /// True when something is recorded that no file has.
     #[must_use]
     pub fn is_unsaved(&self) -> bool {
-        let (turns, base) = self.list.recorded;
-        self.list.turns[..turns] != self.saved.turns || base != self.saved.base
+        self.list.recorded_part() != self.saved.list.recorded_part()
     }
 
     /// Another number after each step, one that is undone or done again too.
@@ -229,7 +285,7 @@ impl Moves {
     /// True when nothing was done since the last save, or ever.
     #[must_use]
     pub fn is_as_saved(&self) -> bool {
-        self.revision == self.saved.revision
+        self.revision == self.saved.revision && !self.saved.is_part
     }
 
     /// True when nothing is left of what the hand did.
@@ -252,20 +308,62 @@ impl Moves {
         self.end();
     }
 
-    /// What is recorded.
+    /// What goes to a file: all, or without what lies on top.
     #[must_use]
-    pub fn recorded_part(&self) -> Recorded {
-        let (turns, base) = self.list.recorded;
-        Recorded {
-            turns: self.list.turns[..turns].to_vec(),
-            base,
+    pub fn to_write(&self, with_top: bool) -> Written {
+        let mut list = self.list.clone();
+        if !with_top {
+            list.drop_on_top();
+        }
+        Written {
+            is_part: list != self.list,
+            list,
             revision: self.revision,
         }
     }
 
     /// That is in a file now.
-    pub fn mark_saved(&mut self, saved: Recorded) {
+    pub fn mark_saved(&mut self, saved: Written) {
         self.saved = saved;
+    }
+
+    /// What the file has of the hand's moves.
+    #[must_use]
+    pub fn saved(&self) -> &Written {
+        &self.saved
+    }
+
+    /// True when the file has any.
+    #[must_use]
+    pub fn is_any_saved(&self) -> bool {
+        self.saved.list != List::default()
+    }
+
+    /// The file keeps what was saved, whatever became of that: what the hand did since is one step on top of it.
+    pub fn leave_saved(&mut self) {
+        self.end();
+        let (saved, now) = (&self.saved.list, &self.list);
+        let both = saved.turns.iter().zip(&now.turns);
+        let shared = both.take_while(|(a, b)| a == b).count();
+        let mut turns = now.turns[shared..].to_vec();
+        // A turn about the axis of the last one that was saved was merged into it.
+        if let ([last], Some(first)) = (&saved.turns[shared..], turns.first_mut())
+            && last.axis == first.axis
+        {
+            first.micro_rad -= last.micro_rad;
+        }
+        let since = |base| if base == saved.base { None } else { base };
+        let (recorded, base) = now.recorded;
+        let rest = List {
+            turns,
+            base: since(now.base),
+            recorded: (recorded.saturating_sub(shared), since(base)),
+        };
+        *self = Moves {
+            revision: self.revision + 1,
+            ..Moves::default()
+        };
+        self.take_over(rest);
     }
 
     /// Whether gestures that begin from now on go to the film, with all that lies on top.
@@ -299,10 +397,11 @@ impl Moves {
         self.turn_freely(turn.normalize());
     }
 
-    /// Takes back the turns of the gesture so far.
+    /// Takes back the gesture so far.
     pub fn take_back(&mut self) {
         if let Some(gesture) = &mut self.gesture {
             gesture.parts.clear();
+            self.list.base = gesture.before.base;
             self.compose();
         }
     }
@@ -344,11 +443,8 @@ impl Moves {
     /// Drops what lies on top of the film: one step. False when there is nothing.
     pub fn drop_on_top(&mut self) -> bool {
         self.end();
-        let (turns, base) = self.list.recorded;
-        let any = self.list.turns.len() > turns || self.list.base != base;
         self.gesture();
-        self.list.turns.truncate(turns);
-        self.list.base = base;
+        let any = self.list.drop_on_top();
         self.end();
         any
     }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use super::loader::{LoadError, Loaded, Loader, Source, Stage, Told};
 use super::overlay::Line;
 use super::save::{Saved, Stamp};
+use super::scenes::by_name;
 use super::watch::Watch;
 use crate::demo;
 use crate::world::World;
@@ -438,7 +439,7 @@ pub fn scenes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(is_scene)
         .collect();
-    scenes.sort();
+    scenes.sort_by_cached_key(|path| by_name(path));
     Ok(scenes)
 }
 

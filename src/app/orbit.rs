@@ -6,11 +6,15 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::camera::{Camera, View};
+use crate::camera::{Camera, Pivot, View};
+use crate::geometry::Aabb;
 use crate::scene::Axis;
 
 /// The distance that is left after one notch of the wheel.
 const DOLLY_NOTCH: f64 = 0.95;
+
+/// The distance at which a box fits, over the smallest one.
+const FIT_MARGIN: f64 = 1.05;
 
 /// An axis that points at the eye so nearly that a hand cannot turn about it by rolling the picture over.
 const AXIS_AT_EYE: f64 = 0.9;
@@ -46,6 +50,18 @@ pub fn spindle(camera: &Camera) -> Axis {
     } else {
         Axis::X
     }
+}
+
+/// What is right, up and in front in the scene of this camera: up is the world axis nearest to the camera's.
+#[must_use]
+pub fn sides(camera: &Camera) -> [DVec3; 3] {
+    let axis = direction(spindle(camera));
+    let up = axis * (camera.top_left - camera.bottom_left).dot(axis).signum();
+    let right = match spindle(camera) {
+        Axis::X => DVec3::NEG_Y,
+        Axis::Y | Axis::Z => DVec3::X,
+    };
+    [right, up, right.cross(up)]
 }
 
 /// A vector as a rotation.
@@ -172,6 +188,33 @@ pub fn dolly_towards(
     ray * (depth(camera, pivot) / along * part_of_way(notches))
 }
 
+/// The shift after which the whole box is seen in `view`, the picture of `camera`, with its centre in the middle. `None`
+/// where there is no such place.
+#[must_use]
+pub fn fit(camera: &Camera, view: &View, bounds: Aabb) -> Option<DVec3> {
+    let (width, height) = (view.width as f64, view.height as f64);
+    let ray = |x: f64, y: f64| view.base + view.dx * (x - 0.5) + view.dy * (y - 0.5);
+    let middle = ray(width * 0.5, height * 0.5).normalize_or_zero();
+    let centre = Pivot::Centre.point(bounds);
+    let half = bounds.max.as_dvec3() - centre;
+    let edges = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)].map(|(x, y)| ray(x, y));
+    let from_side = |i: usize| {
+        let inwards = edges[i].cross(edges[(i + 1) % 4]);
+        let inwards = inwards * inwards.dot(middle).signum();
+        // So far beyond the plane through the centre the box reaches.
+        inwards.abs().dot(half) / inwards.dot(middle)
+    };
+    let distance = (0..4).map(from_side).fold(0.0, f64::max) * FIT_MARGIN;
+    // A box without size is seen from anywhere.
+    let distance = if distance > 0.0 {
+        distance
+    } else {
+        middle.dot(view.base)
+    };
+    let shift = centre - middle * distance - camera.eye;
+    (!bounds.is_empty() && shift.is_finite()).then_some(shift)
+}
+
 fn part_of_way(notches: f64) -> f64 {
     1.0 - libm::pow(DOLLY_NOTCH, notches)
 }
@@ -226,6 +269,8 @@ fn depth(camera: &Camera, pivot: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     /// Looks from (0, 0, 5) along -z at a plane of 4 x 3 at z = 1.
@@ -395,6 +440,59 @@ mod tests {
         let after = seen_at(&moved(camera(), pan(&camera(), pivot, step)), p);
         assert!((after.0 - before.0 - 17.0).abs() < 1e-9);
         assert!((after.1 - before.1 + 9.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_box_that_is_fitted_touches_the_border_but_for_the_margin() {
+        let bounds = Aabb {
+            min: Vec3::new(30.0, 4.0, -7.0),
+            max: Vec3::new(31.0, 9.0, 3.0),
+        };
+        let corners = (0..8).map(|i| {
+            let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+            let of = |bit: i32, a: f64, b: f64| if i & bit == 0 { a } else { b };
+            DVec3::new(
+                of(1, min.x, max.x),
+                of(2, min.y, max.y),
+                of(4, min.z, max.z),
+            )
+        });
+        let aside = camera().map(|p| p + DVec3::new(0.0, 0.0, if p.z > 4.0 { 0.0 } else { 1.0 }));
+        for c in [camera(), mirrored(), aside] {
+            let q = facing(&c, DVec3::new(1.0, -2.0, 0.5), DVec3::Z);
+            let c = c.map(|p| q * p);
+            let shift = fit(&c, &View::new(&c, 400, 300), bounds).expect("a place");
+            let view = View::new(&moved(c, shift), 400, 300);
+            // 0 in the middle, 1 at the border.
+            let off = corners.clone().map(|p| {
+                let (x, y) = place_of(&view, p).expect("before the eye");
+                (x / 200.0 - 1.0).abs().max((y / 150.0 - 1.0).abs())
+            });
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1.0 && off > 0.8, "{off}");
+        }
+        let view = View::new(&camera(), 400, 300);
+        assert_eq!(fit(&camera(), &view, Aabb::EMPTY), None);
+        let point = Aabb::EMPTY.with(Vec3::ONE);
+        let shift = fit(&camera(), &view, point).expect("a place");
+        near(camera().eye + shift, DVec3::new(1.0, 1.0, 5.0), 1e-6);
+    }
+
+    #[test]
+    fn the_sides_of_a_scene_are_right_handed_about_its_up() {
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        for (up, right, front) in [
+            (y, x, z),
+            (z, x, -y),
+            (x, -y, z),
+            (-y, x, -z),
+            (-z, x, y),
+            (-x, -y, -z),
+        ] {
+            let from = front + up * 0.4 + right * 0.2;
+            let q = facing(&camera(), from, up);
+            assert_eq!(sides(&camera().map(|p| q * p)), [right, up, front]);
+        }
     }
 
     #[test]

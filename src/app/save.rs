@@ -118,7 +118,7 @@ mod tests {
             camera: CameraSetting::Default,
             operations: vec![Operation { axis, angle_rad }],
             new_name,
-            recorded: Moves::default().recorded_part(),
+            moves: Moves::default().to_write(true),
         }
     }
 

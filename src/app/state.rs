@@ -28,6 +28,7 @@ use super::moves::Moves;
 use super::scrub::BarWish;
 use super::side::Split;
 use crate::camera::{Camera, View};
+use crate::geometry::Aabb;
 use crate::render::{Picked, Settings, ViewMode};
 use crate::scene::{Axis, CameraSetting, Operation};
 use crate::simd::Kernel;
@@ -63,6 +64,8 @@ pub struct Setting {
     pub timing: Timing,
     /// What they turn the camera about, and hands to begin with.
     pub pivot: DVec3,
+    /// The box of all triangles.
+    pub bounds: Aabb,
     /// The plane is mapped onto the window as it is.
     pub stretch: bool,
     /// Something may be drawn over the picture.
@@ -142,8 +145,8 @@ pub struct OverlayWish {
     pub picked: Vec<(String, String)>,
     /// Where the points that were picked are seen, in pixels.
     pub marks: Vec<(i32, i32)>,
-    /// Moves are being recorded.
-    pub recording: bool,
+    /// Whether moves are recorded, in words; `None`: nobody wants that.
+    pub recording: Option<String>,
     /// The bar of frames.
     pub bar: Option<BarWish>,
     /// A line that waits for an answer.
@@ -176,8 +179,6 @@ pub struct State {
     /// The scene's operations and the recorded ones: what is played.
     film: Vec<Operation>,
     moves: Moves,
-    /// A file holds moves that were saved; what is read from it next holds them too.
-    is_in_file: bool,
     /// Counts the scenes, and the same one loaded again.
     scene: u64,
     composer: RefCell<Composer>,
@@ -222,7 +223,6 @@ impl State {
             scale_factor: 1.0,
             settings,
             moves: Moves::default(),
-            is_in_file: false,
             scene: 0,
             composer: RefCell::default(),
             halves: sides::Halves::default(),
@@ -302,6 +302,7 @@ impl State {
             Action::Dolly { notches, at } => self.dolly(notches, at),
             Action::LetGo => self.let_go(),
             Action::Look { from, opposite } => self.look(from, opposite),
+            Action::Fit => self.fit(),
             Action::ToggleTurntable => self.toggle_turntable(),
             Action::Pick(at) => self.probe(at, Spot::Pick),
             Action::Measure(at) => self.probe(at, Spot::Measure),
@@ -380,7 +381,7 @@ impl State {
             sheet: self.sheet,
             picked: self.picked_lines.clone(),
             marks: self.marks(),
-            recording: self.recording,
+            recording: self.recording_in_words(),
             bar: self.bar_wish(),
             question: self.question(),
             message: self.message.as_ref().map(|(text, _)| text.clone()),

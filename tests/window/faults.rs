@@ -88,6 +88,14 @@ fn a_file_that_is_dropped_is_opened() {
     client.drop_file(viewer.window(), &desk.path("other.txt"));
     let expected = desk.render_file("other.txt", &["--size", "320x240"]);
     viewer.shows(&expected, "the file that was dropped");
+    let red = SCENE.replace("255 80 0", "255 0 0");
+    std::fs::create_dir(desk.path("talks")).expect("a folder");
+    std::fs::write(desk.path("talks/red.txt"), red).expect("written");
+    client.drop_file(viewer.window(), &desk.path("talks"));
+    let red = desk.render_file("talks/red.txt", &["--size", "320x240"]);
+    viewer.shows(&red, "the scene of the folder that was dropped");
+    client.drop_file(viewer.window(), &desk.path("other.txt"));
+    viewer.shows(&expected, "the file again");
     std::fs::write(desk.path("bad.txt"), "<d 0").expect("written");
     client.drop_file(viewer.window(), &desk.path("bad.txt"));
     assert!(

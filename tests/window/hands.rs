@@ -96,6 +96,16 @@ fn the_mouse_orbits_pans_and_dollies_and_enter_restores() {
     assert!(seen[0] != seen[1] && seen[0] != seen[3] && seen[1] != seen[3]);
     viewer.hand(&["click", "4"]);
     viewer.changes_from(&still, "the wheel");
+    let nearer = viewer.rests("a notch");
+    viewer.hand(&["click", "4"]);
+    viewer.changes_from(&nearer, "another notch");
+    // One step of undo each.
+    viewer.keys(&["ctrl+z"]);
+    viewer.shows(&nearer, "a notch less");
+    viewer.keys(&["ctrl+z"]);
+    viewer.shows(&still, "no notch");
+    viewer.hand(&["click", "5"]);
+    viewer.changes_from(&still, "the wheel the other way");
     viewer.keys(&["Return"]);
     viewer.shows(&still, "Enter after the wheel");
 }

@@ -101,7 +101,7 @@ fn only_what_is_recorded_is_unsaved_until_it_is_saved_or_undone() {
     m.record();
     assert!(m.is_unsaved());
     assert_eq!((m.recorded().len(), m.on_top().len()), (1, 0));
-    m.mark_saved(m.recorded_part());
+    m.mark_saved(m.to_write(true));
     assert!(!m.is_unsaved());
     assert!(m.undo());
     assert!(m.is_unsaved(), "the file has more");

@@ -23,7 +23,7 @@ const WHITE: u32 = 0xff_ffff;
 /// Chords, and the names of figures.
 const AMBER: u32 = 0xff_c860;
 /// Says that moves are recorded.
-const RECORDING: &str = "recording";
+pub const RECORDING: &str = "recording";
 const RED: u32 = 0xff_4030;
 const GREY: u32 = 0x80_8080;
 /// Height of the letters at scale factor 1.
@@ -168,12 +168,9 @@ impl Overlay {
             let frame = frame.map(|b| Line::new("frame", format!("{} of {}", b.frame, b.bar.last)));
             let lines = frame.into_iter().chain(message).collect();
             add(lines, Place::BottomLeft(above(bar)));
-            let recording = wish.recording.then(|| Line::new(RECORDING, ""));
+            let recording = wish.recording.iter().map(|text| Line::new(text, ""));
             let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
-            add(
-                recording.into_iter().chain(picked).collect(),
-                Place::TopRight,
-            );
+            add(recording.chain(picked).collect(), Place::TopRight);
             if wish.statistics {
                 add(told.statistics.to_vec(), Place::TopLeft);
             }

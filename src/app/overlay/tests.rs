@@ -14,7 +14,7 @@ fn everything() -> OverlayWish {
         sheet: true,
         picked: vec![("triangle".into(), "7".into())],
         marks: vec![(0, 0), (i32::MIN, i32::MAX)],
-        recording: true,
+        recording: Some(RECORDING.into()),
         bar: Some(BarWish {
             bar: Bar::new((70, 40), 1.0, 48),
             frame: 20,

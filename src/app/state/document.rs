@@ -1,8 +1,10 @@
 //! The picture shown as the text of a scene: printed, and saved.
 
+use glam::DVec3;
+
 use super::{Command, State};
-use crate::app::moves::Recorded;
-use crate::scene::{CameraSetting, Operation, camera_text, operations_text};
+use crate::app::moves::Written;
+use crate::scene::{CameraCorners, CameraSetting, Operation, camera_text, operations_text};
 
 /// A scene to be saved: its text with these.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,8 +15,8 @@ pub struct Document {
     pub operations: Vec<Operation>,
     /// Take a name that is free.
     pub new_name: bool,
-    /// Of the operations, what the hand recorded.
-    pub recorded: Recorded,
+    /// Of camera and operations, what the hand did.
+    pub moves: Written,
 }
 
 impl State {
@@ -22,7 +24,7 @@ impl State {
     #[must_use]
     pub fn scene_text(&self) -> (String, String) {
         let operations: Vec<Operation> = self.operations().collect();
-        let camera = match self.camera_setting() {
+        let camera = match self.camera_of(self.moves.base_corners()) {
             CameraSetting::Default => Ok("<d\n".to_owned()),
             CameraSetting::Set(corners) => camera_text(&corners),
         };
@@ -32,16 +34,21 @@ impl State {
         )
     }
 
-    /// The scene was saved under that name, or not; `recorded` is what was recorded then, `None` when another scene is
+    /// The scene was saved under that name, or not; `moves` is what the hand had done then, `None` when another scene is
     /// open since.
-    pub fn saved(&mut self, recorded: Option<Recorded>, result: Result<String, String>) {
+    pub fn saved(&mut self, moves: Option<Written>, result: Result<String, String>) {
         let line = match result {
             Ok(name) => {
-                if let Some(recorded) = recorded {
-                    self.moves.mark_saved(recorded);
-                    self.is_in_file = true;
+                let is_part = moves.as_ref().is_some_and(Written::is_part);
+                if let Some(moves) = moves {
+                    self.moves.mark_saved(moves);
                 }
-                format!("saved {name}")
+                let without = if is_part {
+                    " without the moves that lie on top of the frame"
+                } else {
+                    ""
+                };
+                format!("saved {name}{without}{}", self.needed_pivot())
             }
             Err(why) => format!("cannot save the scene: {why}"),
         };
@@ -49,31 +56,38 @@ impl State {
         self.say(line);
     }
 
-    /// The base camera as a file says it.
-    pub(super) fn camera_setting(&self) -> CameraSetting {
-        self.moves
-            .base_corners()
-            .map_or(self.setting.camera, CameraSetting::Set)
+    /// What the operations need to show the same again, in words.
+    fn needed_pivot(&self) -> &'static str {
+        let is_origin = self.setting.pivot == DVec3::ZERO;
+        if is_origin || self.operations().next().is_none() {
+            ""
+        } else {
+            "; its operations need --pivot centre"
+        }
+    }
+
+    /// The base camera as a file says it; `None`: the scene's.
+    fn camera_of(&self, base: Option<CameraCorners>) -> CameraSetting {
+        base.map_or(self.setting.camera, CameraSetting::Set)
     }
 
     pub(super) fn save(&mut self, new_name: bool) {
         self.let_go_of_all();
-        let mut operations = self.film.clone();
         // What is on top of another frame is no part of the scene.
-        if self.playback.is_at_end() {
-            operations.extend(self.moves.on_top());
-        }
+        let moves = self.moves.to_write(self.playback.is_at_end());
+        let own = self.setting.operations.iter().copied();
         self.commands.push(Command::Save(Document {
-            camera: self.camera_setting(),
-            operations,
+            camera: self.camera_of(moves.base_corners()),
+            operations: own.chain(moves.operations()).collect(),
             new_name,
-            recorded: self.moves.recorded_part(),
+            moves,
         }));
     }
 
     pub(super) fn print_camera(&mut self) {
         let (camera, operations) = self.scene_text();
         self.commands.push(Command::Print(camera + &operations));
-        self.say("the camera is on the standard output".to_owned());
+        let needed = self.needed_pivot();
+        self.say(format!("the camera is on the standard output{needed}"));
     }
 }

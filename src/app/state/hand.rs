@@ -9,6 +9,8 @@ use glam::{DQuat, DVec3};
 use super::{State, Turning};
 use crate::app::action::{Action, Side};
 use crate::app::orbit::{self, OrbitStyle};
+use crate::app::overlay::RECORDING;
+use crate::camera::Pivot;
 use crate::scene::Axis;
 
 /// The turn of a tapped axis key, at once: 5 degrees.
@@ -31,7 +33,7 @@ impl State {
             on_from: self.now + TAP,
         });
         self.before_move();
-        self.moves.turn(axis, signed(TAP_MICRO_RAD, reverse));
+        self.turn_about(axis, signed(TAP_MICRO_RAD, reverse), true);
         self.after_move();
     }
 
@@ -52,16 +54,12 @@ impl State {
             return;
         };
         self.before_move();
+        let turning = self.turning.clone();
         for tick in first..ticks(self.now) {
             let due = |t: &&Turning| ticks(t.on_from) <= tick;
-            let alone = self.turning.iter().filter(due).count() == 1;
-            for t in self.turning.iter().filter(due) {
-                let micro = signed(TICK_MICRO_RAD, t.reverse);
-                if alone {
-                    self.moves.turn(t.axis, micro);
-                } else {
-                    self.moves.turn_among_others(t.axis, micro);
-                }
+            let alone = turning.iter().filter(due).count() == 1;
+            for t in turning.iter().filter(due) {
+                self.turn_about(t.axis, signed(TICK_MICRO_RAD, t.reverse), alone);
             }
         }
         self.after_move();
@@ -77,14 +75,9 @@ impl State {
             }
             Some(axis) => {
                 let angle_rad = orbit::orbit_about(&camera, axis, dx_px, dy_px, height);
-                if self.pivot.is_some() {
-                    let turn = orbit::direction(axis) * angle_rad;
-                    self.turn_about_pivot(orbit::rotation_of(turn));
-                } else {
-                    self.before_move();
-                    self.moves.turn(axis, angle_rad * 1e6);
-                    self.after_move();
-                }
+                self.before_move();
+                self.turn_about(axis, angle_rad * 1e6, true);
+                self.after_move();
             }
         }
         self.dragging = true;
@@ -120,16 +113,40 @@ impl State {
     }
 
     pub(super) fn look(&mut self, from: Side, opposite: bool) {
+        let [right, up, front] = orbit::sides(&self.setting.base);
         let (direction, up) = match from {
-            Side::Front => (DVec3::NEG_Y, DVec3::Z),
-            Side::Right => (DVec3::X, DVec3::Z),
-            Side::Top => (DVec3::Z, DVec3::Y),
-            Side::Corner => (DVec3::new(1.0, -1.0, 1.0), DVec3::Z),
+            Side::Front => (front, up),
+            Side::Right => (right, up),
+            Side::Top => (up, -front),
+            Side::Corner => (right + up + front, up),
         };
         let direction = if opposite { -direction } else { direction };
         self.let_go_of_all();
+        self.take_pivot_in_scene();
         self.turn_about_pivot(orbit::facing(&self.camera(), direction, up));
         self.end_if_idle();
+    }
+
+    pub(super) fn fit(&mut self) {
+        self.let_go_of_all();
+        self.take_pivot_in_scene();
+        match orbit::fit(&self.camera(), &self.view(), self.setting.bounds) {
+            Some(shift) => self.shift(shift),
+            None => self.say("there is nothing to fit into the window".to_owned()),
+        }
+        self.end_if_idle();
+    }
+
+    /// A turn about a point outside of the scene would turn the scene out of the picture.
+    fn take_pivot_in_scene(&mut self) {
+        let bounds = self.setting.bounds;
+        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+        let pivot = self.setting.pivot;
+        let is_inside = pivot.cmpge(min).all() && pivot.cmple(max).all();
+        if self.pivot.is_none() && !is_inside && !bounds.is_empty() {
+            self.pivot = Some(Pivot::Centre.point(bounds));
+            self.say("the scene lies beside the pivot: orbit about its centre".to_owned());
+        }
     }
 
     pub(super) fn let_go(&mut self) {
@@ -225,6 +242,18 @@ impl State {
         }
     }
 
+    /// Turns along a world axis through the pivot; not `alone`: about others at the same time.
+    fn turn_about(&mut self, axis: Axis, micro_rad: f64, alone: bool) {
+        match self.pivot {
+            Some(pivot) => {
+                let turn = orbit::rotation_of(orbit::direction(axis) * (micro_rad / 1e6));
+                self.bake(|p| turn * (p - pivot) + pivot);
+            }
+            None if alone => self.moves.turn(axis, micro_rad),
+            None => self.moves.turn_among_others(axis, micro_rad),
+        }
+    }
+
     fn turn_about_pivot(&mut self, rotation: DQuat) {
         self.before_move();
         match self.pivot {
@@ -248,8 +277,21 @@ impl State {
     }
 
     fn before_move(&mut self) {
-        let to_film = self.recording && self.playback.is_at_end();
-        self.moves.set_recording(to_film);
+        self.moves.set_recording(self.moves_are_recorded());
+    }
+
+    /// New operations follow the last frame: on others moves lie on top.
+    fn moves_are_recorded(&self) -> bool {
+        self.recording && self.playback.is_at_end()
+    }
+
+    pub(super) fn recording_in_words(&self) -> Option<String> {
+        if self.moves_are_recorded() {
+            return Some(RECORDING.to_owned());
+        }
+        let end = self.keymap.chord_of(Action::GoToEnd);
+        let end = end.map_or("the last frame".to_owned(), |chord| chord.to_string());
+        self.recording.then(|| format!("recording waits: {end}"))
     }
 
     /// Brings the film in line with what is recorded.

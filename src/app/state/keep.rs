@@ -2,6 +2,7 @@
 
 use super::{Command, State};
 use crate::app::journal::Kept;
+use crate::app::moves::Written;
 
 impl State {
     /// Another number after each finished move.
@@ -13,7 +14,7 @@ impl State {
     /// The moves that no file has; `None` when there are none.
     #[must_use]
     pub fn kept(&self) -> Option<Kept> {
-        let none = self.moves.is_untouched() && !self.is_in_file;
+        let none = self.moves.is_untouched() && !self.moves.is_any_saved();
         if none || self.moves.is_as_saved() {
             return None;
         }
@@ -45,9 +46,10 @@ impl State {
         self.let_go_of_all();
         let setting = &mut self.setting;
         // What the file has of them is theirs to tell.
-        self.is_in_file =
-            kept.own_operations < setting.operations.len() || kept.camera != setting.camera;
-        setting.operations.truncate(kept.own_operations);
+        let own = kept.own_operations.min(setting.operations.len());
+        let saved = setting.operations.split_off(own);
+        let base = (kept.camera != setting.camera).then_some(setting.base);
+        self.moves.mark_saved(Written::of_file(&saved, base));
         setting.camera = kept.camera;
         setting.base = kept.base;
         self.recording = false;
@@ -126,7 +128,7 @@ mod tests {
             _ => None,
         });
         let saved = saved.expect("a document");
-        s.saved(Some(saved.recorded.clone()), Ok("a.txt".into()));
+        s.saved(Some(saved.moves.clone()), Ok("a.txt".into()));
         assert_eq!(s.kept(), None);
         drag(&mut s);
         // The saved file, opened by another program.

@@ -31,6 +31,8 @@ impl State {
         match probe.spot {
             Spot::Pivot => {
                 self.pivot = found.map(|p| p.point);
+                // Its first click was a pick, which nobody wanted.
+                self.drop_pick();
                 self.say(match found {
                     Some(p) => format!("orbit about {}", words(p.point)),
                     None => "orbit about the format's pivot".to_owned(),

@@ -35,6 +35,8 @@ impl State {
                 self.asking = None;
                 self.commands.push(Command::DropMoves);
             }
+            // Quitting loses more than what was asked about: it is no yes to that.
+            Action::Quit if self.asking != Some(Command::Quit) => self.ask(Command::Quit),
             Action::Accept | Action::Quit => self.commands.extend(self.asking.take()),
             Action::Decline | Action::Back => self.asking = None,
             Action::Save | Action::SaveAs => {

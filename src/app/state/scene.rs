@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::State;
 use crate::app::moves::Moves;
 use crate::camera::Camera;
+use crate::geometry::Aabb;
 use crate::scene::{CameraSetting, Operation};
 
 /// What the state knows of a scene.
@@ -20,6 +21,8 @@ pub struct Subject {
     pub operations: Vec<Operation>,
     /// What they turn the camera about, and hands to begin with.
     pub pivot: DVec3,
+    /// The box of all triangles.
+    pub bounds: Aabb,
 }
 
 impl State {
@@ -31,23 +34,36 @@ impl State {
         self.section_start = None;
         self.asking = None;
         self.moves = Moves::default();
-        self.is_in_file = false;
         self.playback.set_section(None);
         self.take(subject);
         self.playback.stop();
     }
 
-    /// The scene changed under the hand: its moves, the frame and the playing stay. Where moves were saved, the file
-    /// has them.
-    pub fn reload(&mut self, subject: Subject) {
-        if std::mem::take(&mut self.is_in_file) {
-            if self.moves.is_unsaved() {
-                self.say("the file has the moves that were saved: later ones are gone".to_owned());
-            }
+    /// The scene changed under the hand: its moves, the frame and the playing stay.
+    pub fn reload(&mut self, mut subject: Subject) {
+        if !self.take_saved_out_of(&mut subject) {
             self.let_go_of_all();
-            self.moves = Moves::default();
+            self.moves.leave_saved();
+            self.say("the saved moves were changed in the file: they cannot be undone".to_owned());
         }
         self.take(subject);
+    }
+
+    /// The moves that the file has from us stay the hand's. False, and nothing done, when it has others by now.
+    fn take_saved_out_of(&self, subject: &mut Subject) -> bool {
+        let saved = self.moves.saved();
+        let operations: Vec<Operation> = saved.operations().collect();
+        let corners = saved.base_corners();
+        let is_there = subject.operations.ends_with(&operations)
+            && corners.is_none_or(|corners| subject.camera == CameraSetting::Set(corners));
+        if is_there {
+            let own = subject.operations.len() - operations.len();
+            subject.operations.truncate(own);
+            if corners.is_some() {
+                (subject.camera, subject.base) = (self.setting.camera, self.setting.base);
+            }
+        }
+        is_there
     }
 
     fn take(&mut self, subject: Subject) {
@@ -56,10 +72,12 @@ impl State {
             base,
             operations,
             pivot,
+            bounds,
         } = subject;
         self.setting.camera = camera;
         self.setting.base = base;
         self.setting.pivot = pivot;
+        self.setting.bounds = bounds;
         self.film.clone_from(&operations);
         self.setting.operations = operations;
         self.scene += 1;
@@ -87,7 +105,6 @@ mod tests {
     use super::*;
     use crate::app::action::Action;
     use crate::app::state::{Command, Document, Setting};
-    use crate::geometry::Aabb;
     use crate::render::Settings;
     use crate::scene::{Axis, CameraCorners};
     use crate::timeline::Timing;
@@ -99,6 +116,7 @@ mod tests {
             base: Camera::default_for(Aabb::EMPTY),
             operations: vec![Operation { axis, angle_rad }; operations],
             pivot: DVec3::ZERO,
+            bounds: Aabb::EMPTY,
         }
     }
 
@@ -108,6 +126,7 @@ mod tests {
             base,
             operations,
             pivot,
+            bounds,
         } = subject(operations);
         let setting = Setting {
             camera,
@@ -115,6 +134,7 @@ mod tests {
             operations,
             timing: Timing::STEPS,
             pivot,
+            bounds,
             stretch: false,
             overlay: true,
             print_picks: false,
@@ -188,7 +208,7 @@ mod tests {
         s.reload(subject(2));
         assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
         let document = saved(&mut s);
-        s.saved(Some(document.recorded), Ok("a.txt".into()));
+        s.saved(Some(document.moves), Ok("a.txt".into()));
         // What another program makes of the file that was saved.
         s.reload(Subject {
             operations: document.operations,
@@ -197,6 +217,78 @@ mod tests {
         assert_eq!((s.wish(), s.frame()), (wish, (3, 3)));
         s.apply(Action::Quit);
         assert!(s.take_commands().contains(&Command::Quit), "nothing asked");
+    }
+
+    fn pan(state: &mut State) {
+        let (dx_px, dy_px) = (3.0, 1.0);
+        state.apply(Action::Pan { dx_px, dy_px });
+        state.apply(Action::LetGo);
+    }
+
+    /// Saves, and returns what the file has then.
+    fn saved_file(state: &mut State) -> Subject {
+        let document = saved(state);
+        state.saved(Some(document.moves), Ok("a.txt".into()));
+        Subject {
+            camera: document.camera,
+            base: match document.camera {
+                CameraSetting::Default => subject(0).base,
+                CameraSetting::Set(corners) => Camera::from(corners),
+            },
+            operations: document.operations,
+            ..subject(0)
+        }
+    }
+
+    #[test]
+    fn moves_made_after_a_save_outlive_a_reload_with_all_their_undo_steps() {
+        let mut s = state(2);
+        s.apply(Action::ToggleRecording);
+        let mut wishes = vec![s.wish()];
+        drag(&mut s);
+        wishes.push(s.wish());
+        pan(&mut s);
+        wishes.push(s.wish());
+        let file = saved_file(&mut s);
+        // Merged into the turn that was saved.
+        drag(&mut s);
+        wishes.push(s.wish());
+        s.reload(file);
+        for wish in wishes.iter().rev() {
+            assert_eq!(s.wish(), *wish);
+            s.apply(Action::Undo);
+        }
+        for _ in &wishes {
+            s.apply(Action::Redo);
+        }
+        s.apply(Action::Quit);
+        assert!(s.is_asking(), "the last drag is in no file");
+        s.apply(Action::Decline);
+        let again = saved_file(&mut s);
+        s.open(again);
+        assert_eq!(s.wish(), wishes[3]);
+    }
+
+    #[test]
+    fn what_was_saved_and_changed_in_the_file_stays_there_and_later_moves_follow() {
+        let mut s = state(2);
+        record(&mut s);
+        let mut file = saved_file(&mut s);
+        drag(&mut s);
+        pan(&mut s);
+        let wish = s.wish();
+        file.operations.insert(2, file.operations[0]);
+        file.operations.push(file.operations[0]);
+        let mut other = state(2);
+        other.open(file.clone());
+        let left = other.wish();
+        s.reload(file);
+        assert_ne!(s.wish(), wish);
+        assert_eq!(s.frame(), (6, 6), "the file's five, and a drag");
+        s.apply(Action::Undo);
+        assert_eq!((s.wish(), s.frame()), (left, (5, 5)));
+        s.apply(Action::Undo);
+        assert_eq!(s.wish(), left, "nothing is left to undo");
     }
 
     #[test]
@@ -216,6 +308,20 @@ mod tests {
         s.apply(Action::Accept);
         assert_eq!(s.take_commands(), [Command::Open("b.txt".into())]);
         assert_eq!(s.overlay().question, None);
+    }
+
+    #[test]
+    fn quitting_at_the_question_about_another_scene_asks_about_quitting() {
+        let mut s = state(1);
+        record(&mut s);
+        s.apply(Action::Browse { forward: true });
+        let before = s.take_commands();
+        s.apply(Action::Quit);
+        let after = s.take_commands();
+        assert!(matches!(&after[..], [Command::Report(_)]), "{after:?}");
+        assert!(!before.contains(&after[0]), "another question");
+        s.apply(Action::Quit);
+        assert_eq!(s.take_commands(), [Command::Quit]);
     }
 
     #[test]

@@ -144,6 +144,7 @@ mod tests {
             operations: Vec::new(),
             timing: Timing::STEPS,
             pivot: Pivot::Origin.point(Aabb::EMPTY),
+            bounds: Aabb::EMPTY,
             stretch: false,
             overlay: true,
             print_picks: false,

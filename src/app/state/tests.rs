@@ -6,7 +6,6 @@ mod picks;
 mod recording;
 
 use super::*;
-use crate::geometry::Aabb;
 use crate::timeline::camera_at;
 
 const SIZE: (usize, usize) = (64, 48);
@@ -19,6 +18,7 @@ fn setting() -> Setting {
         operations: vec![op(Axis::X, 0.7), op(Axis::Y, -1.1)],
         timing: Timing::default(),
         pivot: DVec3::ZERO,
+        bounds: Aabb::EMPTY,
         stretch: false,
         overlay: true,
         print_picks: false,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalPosition;
-use winit::event::WindowEvent;
+use winit::event::{DeviceEvent, DeviceId, ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
 
@@ -124,6 +124,23 @@ impl ApplicationHandler<Message> for Viewer {
                     .map_or(1.0, |screen| screen.window.scale_factor());
                 let action = self.input.wheel(keys::notches_of(delta, scale_factor));
                 self.act(action);
+            }
+            _ => {}
+        }
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        // Other systems number the buttons in other ways, and tell each notch once.
+        if cfg!(not(all(unix, not(target_vendor = "apple")))) {
+            return;
+        }
+        match event {
+            DeviceEvent::Button { button, state } => {
+                let is_down = state == ElementState::Pressed;
+                self.input.raw_button(Some(button), is_down);
+            }
+            DeviceEvent::MouseMotion { .. } | DeviceEvent::MouseWheel { .. } => {
+                self.input.raw_button(None, false);
             }
             _ => {}
         }

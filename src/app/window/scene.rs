@@ -14,6 +14,7 @@ use crate::app::journal::Ground;
 use crate::app::loader::{Loaded, Source};
 use crate::app::opener::{Heard, Outcome};
 use crate::app::save::{Saved, save};
+use crate::app::scenes::first_scene;
 use crate::app::state::{Command, Document, Subject};
 use crate::app::statistics::Statistics;
 use crate::camera::Camera;
@@ -67,6 +68,7 @@ impl Viewer {
             base,
             operations,
             pivot: self.pivot.point(bounds),
+            bounds,
         };
         self.state.advance(self.now());
         if again {
@@ -142,7 +144,7 @@ impl Viewer {
             return;
         }
         self.state.advance(self.now());
-        self.state.leave(Command::Open(path));
+        self.state.leave(Command::Open(first_scene(path)));
     }
 
     pub(super) fn browse(&mut self, event_loop: &ActiveEventLoop, forward: bool) {
@@ -194,6 +196,6 @@ impl Viewer {
         self.opener.end_saving(result.ok().filter(|_| is_open));
         self.set_title();
         self.state.advance(self.now());
-        self.state.saved(is_open.then_some(document.recorded), name);
+        self.state.saved(is_open.then_some(document.moves), name);
     }
 }

@@ -136,6 +136,7 @@ fn the_first_mark_is_seen_on_the_bar_and_stays_in_a_film_that_becomes_shorter() 
         base: one.base,
         operations: one.operations[..1].to_vec(),
         pivot: one.pivot,
+        bounds: one.bounds,
     });
     s.apply(Action::MarkSection);
     let said = s.overlay().message;

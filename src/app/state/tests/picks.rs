@@ -59,6 +59,28 @@ fn a_pick_is_shown_and_printed_and_a_second_one_measures() {
 }
 
 #[test]
+fn a_double_click_leaves_nothing_of_the_pick_that_its_first_click_was() {
+    let mut s = state();
+    let found = Picked {
+        id: 7,
+        corners: [glam::Vec3::ZERO; 3],
+        color: crate::color::Rgb::BLACK,
+        point: DVec3::X,
+        distance: 1.0,
+        angle_rad: 0.0,
+    };
+    for action in [Action::Pick((5.0, 3.0)), Action::SetPivot((5.0, 3.0))] {
+        s.apply(action);
+        let Some(Command::Probe(probe)) = s.take_commands().pop() else {
+            panic!("no question");
+        };
+        s.probed(&probe, Some(found));
+    }
+    assert_eq!(s.pivot, Some(DVec3::X));
+    assert_eq!((s.overlay().picked, s.overlay().marks), (vec![], vec![]));
+}
+
+#[test]
 fn a_mark_stays_on_the_point_that_was_picked() {
     let mut s = state();
     s.picked = Some(Picked {

@@ -119,7 +119,7 @@ fn pans_dollies_and_turns_about_another_point_are_baked_to_the_bit() {
         s.apply(Action::StopTurns);
         assert_eq!(s.wish().view, rendered(&s));
     }
-    assert!(matches!(s.camera_setting(), CameraSetting::Set(_)));
+    assert!(s.scene_text().0.starts_with("<s"));
     s.apply(Action::ReturnToScene);
     assert_eq!(s.wish(), frame_wish(32));
     s.apply(Action::Undo);
@@ -143,6 +143,90 @@ fn recorded_moves_are_played_and_others_lie_on_top_of_every_frame() {
     assert_eq!(s.frame(), (0, 48), "a move on another frame is an offset");
     assert_ne!(s.wish(), frame_wish(0));
     assert_eq!(s.wish().view, rendered(&s));
+}
+
+#[test]
+fn recording_says_that_it_waits_where_moves_are_not_recorded() {
+    let mut s = state();
+    let words = |s: &State| s.overlay().recording;
+    assert_eq!(words(&s), None);
+    s.apply(Action::ToggleRecording);
+    assert_eq!(words(&s).as_deref(), Some("recording"));
+    for (away, back) in [
+        (Action::GoToStart, Action::GoToEnd),
+        (Action::TogglePlayback, Action::GoToEnd),
+    ] {
+        s.apply(away);
+        assert_eq!(words(&s).as_deref(), Some("recording waits: End"));
+        s.apply(back);
+        assert_eq!(words(&s).as_deref(), Some("recording"));
+    }
+}
+
+#[test]
+fn saving_away_from_the_last_frame_saves_what_is_recorded_and_says_what_it_leaves_out() {
+    let mut s = state();
+    s.apply(Action::ToggleRecording);
+    s.apply(X);
+    s.apply(Action::StopTurns);
+    s.apply(Action::ToggleRecording);
+    let recorded = s.wish();
+    s.apply(Action::GoToStart);
+    let (dx_px, dy_px) = (7.0, 3.0);
+    for on_top in [
+        Action::Orbit {
+            dx_px,
+            dy_px,
+            only: None,
+        },
+        Action::Pan { dx_px, dy_px },
+    ] {
+        s.apply(on_top);
+        s.apply(Action::LetGo);
+        let shown = s.wish();
+        s.apply(Action::Save);
+        let (document, scene) = saved(&mut s);
+        assert_eq!(document.camera, CameraSetting::Default);
+        let (timing, pivot) = (Timing::default(), setting().pivot);
+        let last = timing.last_frame(&scene.operations);
+        let camera = camera_at(setting().base, &scene.operations, timing, last, pivot);
+        assert_eq!(camera.view(SIZE.0, SIZE.1, false), recorded.view);
+        s.saved(Some(document.moves), Ok("a.txt".into()));
+        let said = s.overlay().message.expect("a message");
+        assert!(said.starts_with("saved a.txt without"), "{said}");
+        assert_eq!(s.wish(), shown);
+    }
+    s.apply(Action::GoToEnd);
+    s.apply(Action::Save);
+    let (document, _) = saved(&mut s);
+    s.saved(Some(document.moves), Ok("a.txt".into()));
+    assert_eq!(s.overlay().message.as_deref(), Some("saved a.txt"));
+}
+
+#[test]
+fn operations_about_another_pivot_than_the_formats_say_what_they_need() {
+    let saved_as = |pivot, operations| {
+        let setting = Setting {
+            pivot,
+            operations,
+            ..setting()
+        };
+        let mut s = State::new(setting, Settings::default(), SIZE);
+        s.saved(None, Ok("a.txt".into()));
+        let said = s.overlay().message.expect("a message");
+        s.apply(Action::PrintCamera);
+        let printed = s.overlay().message.expect("a message");
+        (said, printed.contains("--pivot centre"))
+    };
+    let operations = setting().operations;
+    let needs = "saved a.txt; its operations need --pivot centre";
+    assert_eq!(
+        saved_as(DVec3::ONE, operations.clone()),
+        (needs.into(), true)
+    );
+    for (pivot, operations) in [(DVec3::ONE, Vec::new()), (DVec3::ZERO, operations)] {
+        assert_eq!(saved_as(pivot, operations), ("saved a.txt".into(), false));
+    }
 }
 
 #[test]
@@ -172,7 +256,7 @@ fn quitting_asks_only_for_recorded_moves_that_no_file_has() {
     }
     s.apply(Action::Save);
     let (document, _) = saved(&mut s);
-    s.saved(Some(document.recorded), Ok("a.txt".into()));
+    s.saved(Some(document.moves), Ok("a.txt".into()));
     s.take_commands();
     s.apply(Action::Quit);
     assert_eq!(s.take_commands(), [Command::Quit], "all is saved");

@@ -22,6 +22,8 @@ pub struct Screen {
     /// The shortest time between two pictures.
     pub interval: Duration,
     presenter: Presenter<OwnedDisplayHandle, Arc<Window>>,
+    /// On which screen the window is, is known: on Wayland only when it is shown.
+    has_monitor: bool,
     /// The picture's size, which is the window's where the window system takes that.
     size: (u32, u32),
     occluded: bool,
@@ -48,6 +50,7 @@ impl Screen {
         Ok(Screen {
             size: (size.width, size.height),
             interval: refresh_interval(&window),
+            has_monitor: window.current_monitor().is_some(),
             occluded: false,
             window,
             presenter,
@@ -60,6 +63,12 @@ impl Screen {
         self.size = backend::fitted(&self.window, (size.width, size.height));
         self.window.request_redraw();
         self.size
+    }
+
+    /// Whether the window system has told on which screen the window is. Before that the scale factor is 1.
+    #[must_use]
+    pub fn has_monitor(&self) -> bool {
+        self.has_monitor
     }
 
     /// Nothing of the window can be seen, or something can.
@@ -81,6 +90,10 @@ impl Screen {
         draw: impl FnOnce(&mut Canvas<'_>),
     ) -> Result<Duration, AppError> {
         let start = Instant::now();
+        if !self.has_monitor && self.window.current_monitor().is_some() {
+            self.has_monitor = true;
+            self.interval = refresh_interval(&self.window);
+        }
         let frame = picture.map(|p| &p.frame);
         let pixel_size = picture.map_or(1, |p| p.order.pixel_size);
         self.presenter

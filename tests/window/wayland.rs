@@ -16,13 +16,20 @@ struct Compositor<'a> {
 
 impl<'a> Compositor<'a> {
     fn start(desk: &'a Desk) -> Option<Compositor<'a>> {
+        Compositor::with(desk, 1600, 1200, 1)
+    }
+
+    /// On a screen of that size in logical pixels, `scale` physical ones each.
+    fn with(desk: &'a Desk, width: u32, height: u32, scale: u32) -> Option<Compositor<'a>> {
         if !is_there(&["weston"]) {
             return None;
         }
         let child = desk
             .on_display(&mut Command::new("weston"))
             .args(["--backend=x11-backend.so", "--use-pixman", "--no-config"])
-            .args(["--width=1600", "--height=1200", "--idle-time=0"])
+            .arg("--idle-time=0")
+            .args([format!("--width={width}"), format!("--height={height}")])
+            .arg(format!("--scale={scale}"))
             .arg(format!("--socket={SOCKET}"))
             .env("XDG_RUNTIME_DIR", desk.path(""))
             .stdout(Stdio::null())
@@ -50,12 +57,16 @@ impl<'a> Compositor<'a> {
 
     /// The window with its scene at 640x480: from there on it only shrinks, and is all on the screen.
     fn view(&self, options: &[&str]) -> Viewer<'a> {
+        self.open(&[&["--size", "640x480"], options].concat())
+    }
+
+    fn open(&self, options: &[&str]) -> Viewer<'a> {
         let mut command = self.desk.program();
         command
             .env_remove("DISPLAY")
             .env("WAYLAND_DISPLAY", SOCKET)
             .env("XDG_RUNTIME_DIR", self.desk.path(""))
-            .args(["view", "scene.txt", "--no-overlay", "--size", "640x480"]);
+            .args(["view", "scene.txt", "--no-overlay"]);
         Viewer::run(self.desk, command.args(options))
     }
 
@@ -110,6 +121,23 @@ fn settled_pictures_are_on_the_screen_to_the_bit() {
     }
     viewer.tell("quit");
     assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn on_a_fine_screen_windows_have_the_size_that_is_asked_for_and_do_not_grow() {
+    let Some(desk) = Desk::new() else { return };
+    let Some(compositor) = Compositor::with(&desk, 800, 600, 2) else {
+        return;
+    };
+    for size in ["640x480", "640x480", "500x300"] {
+        let asked = ["--size", "500x300"];
+        let options = &asked[..if size == "500x300" { 2 } else { 0 }];
+        let mut viewer = compositor.open(options);
+        compositor.shows(&desk.render(&["--size", size]), size);
+        compositor.keys(&["q"]);
+        assert_eq!(viewer.ends().code(), Some(0));
+        assert!(!desk.path("state/raybomb/window.json").exists());
+    }
 }
 
 #[test]

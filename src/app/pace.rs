@@ -52,6 +52,8 @@ pub struct Pace {
     /// Pictures are of this scene.
     scene: u64,
     sent: Option<(Order, Instant)>,
+    /// There is a picture of this that nothing better follows.
+    finest: Option<Wish>,
     /// What failed last, and was ordered once more.
     failed: Option<Wish>,
     /// When the wish last changed.
@@ -86,6 +88,7 @@ impl Pace {
             governor: Governor::default(),
             scene: 0,
             sent: None,
+            finest: None,
             failed: None,
             changed: None,
             hand: None,
@@ -118,6 +121,7 @@ impl Pace {
     pub fn forget(&mut self) {
         self.scene += 1;
         self.sent = None;
+        self.finest = None;
         self.changed = None;
         self.governor.forget();
     }
@@ -127,7 +131,10 @@ impl Pace {
     pub fn improved(&mut self, looks_different: bool) {
         self.governor.improved();
         self.sent = None;
-        self.scene += u64::from(looks_different);
+        if looks_different {
+            self.scene += 1;
+            self.finest = None;
+        }
     }
 
     /// True for pictures of the scene that is open; others were begun before.
@@ -208,7 +215,8 @@ impl Pace {
                 true => self.governor.pixel_size(),
                 false => 1,
             },
-            samples: if moving {
+            // What is there already is ordered once more to learn what it takes.
+            samples: if moving || self.finest == Some(wish) {
                 Samples::ONE
             } else {
                 self.samples_of(&wish)
@@ -250,6 +258,12 @@ impl Pace {
 
     /// A picture came; showing one takes `present`.
     pub fn took(&mut self, picture: &Picture, present: Duration) {
+        let wish = picture.order.wish;
+        if self.is_finest(picture) {
+            self.finest = Some(wish);
+        } else if self.finest != Some(wish) {
+            self.finest = None;
+        }
         let time = picture.stats.total + present;
         if picture.order.moving {
             self.governor

@@ -52,6 +52,16 @@ pub struct Picture {
     pub side_times: [Duration; 2],
 }
 
+impl Picture {
+    /// The same picture as `other`, and not as fine.
+    #[must_use]
+    pub fn is_coarser_than(&self, other: &Picture) -> bool {
+        let (own, others) = (&self.order, &other.order);
+        let is_same = own.scene == others.scene && own.wish == others.wish;
+        is_same && (own.pixel_size > others.pixel_size || self.samples < other.samples)
+    }
+}
+
 /// What the render thread has to tell.
 #[derive(Debug)]
 pub enum Notice {

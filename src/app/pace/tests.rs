@@ -207,6 +207,54 @@ fn a_better_tree_has_what_stands_ordered_once_more() {
 }
 
 #[test]
+fn a_better_tree_does_not_begin_anew_with_what_is_refined() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, ms| pace.step(wish(1), &moment(start, ms)).order;
+    let order = ordered(&mut pace, 0).expect("the first");
+    let coarse = picture(&order, 90);
+    let fine = Picture {
+        samples: order.samples,
+        ..picture(&order, 90)
+    };
+    assert!(coarse.is_coarser_than(&fine) && !fine.is_coarser_than(&coarse));
+    // In the middle of it: all samples once more, but what has fewer than there are is not shown.
+    pace.took(&coarse, Duration::ZERO);
+    pace.improved(false);
+    let again = ordered(&mut pace, 10).expect("again");
+    assert_eq!(again.samples, order.samples);
+    assert!(picture(&again, 9).is_coarser_than(&fine));
+    // At the end of it: once, to learn what it takes.
+    pace.took(&fine, Duration::ZERO);
+    pace.improved(false);
+    let again = ordered(&mut pace, 20).expect("again");
+    assert_eq!(again.samples, Samples::ONE);
+    pace.took(&picture(&again, 9), Duration::ZERO);
+    assert_eq!(ordered(&mut pace, 30), None);
+    // What looks different is another picture.
+    pace.improved(true);
+    let other = ordered(&mut pace, 40).expect("another");
+    assert_eq!(other.samples, order.samples);
+    assert!(!picture(&other, 9).is_coarser_than(&fine));
+}
+
+#[test]
+fn a_refined_picture_that_comes_back_is_refined_again() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, width, ms| pace.step(wish(width), &moment(start, ms)).order;
+    let order = ordered(&mut pace, 1, 0).expect("the first");
+    let fine = Picture {
+        samples: order.samples,
+        ..picture(&order, 3)
+    };
+    pace.took(&fine, Duration::ZERO);
+    let other = ordered(&mut pace, 2, 100).expect("another");
+    pace.took(&picture(&other, 3), Duration::ZERO);
+    ordered(&mut pace, 1, 200).expect("on the way");
+    let back = ordered(&mut pace, 1, 300).expect("what stands");
+    assert_eq!(back.samples, order.samples);
+}
+
+#[test]
 fn latency_counts_from_the_first_input_and_only_where_it_changed_the_picture() {
     let (mut pace, start) = pace();
     pace.step(wish(1), &moment(start, 0));

@@ -78,7 +78,7 @@ impl Viewer {
         }
     }
 
-    /// A picture came: the one before goes back to the render thread.
+    /// A picture came: the one before goes back to the render thread, or this one where it shows less of the same.
     pub(super) fn take_picture(&mut self, picture: Box<Picture>) {
         self.is_awaited = false;
         if !self.pace.is_of_scene(&picture) {
@@ -93,6 +93,10 @@ impl Viewer {
         self.pace.took(&picture, self.present);
         if picture.samples == Samples::ONE {
             self.side_times = picture.side_times;
+        }
+        let old = self.picture.as_deref();
+        if old.is_some_and(|old| picture.is_coarser_than(old)) {
+            return self.painter.give_back(picture.frame);
         }
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);

@@ -1,7 +1,8 @@
 //! Which picture to order now, and how fine: the rhythm of the window. Plain data; time enters as a value.
 //!
 //! Pictures follow one another at the screen's rate at most, by our own clock: presenting on X11 waits for nothing. Those
-//! that a hand asks for may come twice as often, so that it waits for less than a refresh.
+//! that a hand asks for may come twice as often, so that it waits for less than a refresh. Where the window system
+//! tells when it takes the next one (Wayland), that is the clock.
 //! While something moves the [`Governor`] says how coarse; when the wish has stood for a moment, or the hand has let
 //! go, the fine picture follows, and then its refinement.
 
@@ -26,6 +27,8 @@ pub struct Moment {
     pub at: Instant,
     /// The shortest time between two pictures.
     pub interval: Duration,
+    /// The window system tells when it takes the next picture: nobody asks for one before.
+    pub told_when: bool,
     /// A key that turns the camera is held.
     pub turning: bool,
     /// The animation plays, and each frame is shown for so long.
@@ -137,6 +140,11 @@ impl Pace {
         }
     }
 
+    /// Nothing is rendered any more. When somebody asks again, what is wanted is ordered as if it had never been.
+    pub fn rest(&mut self) {
+        self.sent = None;
+    }
+
     /// True for pictures of the scene that is open; others were begun before.
     #[must_use]
     pub fn is_of_scene(&self, picture: &Picture) -> bool {
@@ -184,9 +192,10 @@ impl Pace {
         if is_new {
             // What a hand does is answered at up to twice the screen's rate: it would wait for half a picture
             // on average, and the picture shown next would be old by as much.
-            let due = match self.asked {
-                Some(_) => at + now.interval / 2,
-                None => at + now.interval,
+            // Where the window system keeps the screen's rate, ours would only get out of step with it.
+            let due = match self.asked.is_some() || now.told_when {
+                true => at + now.interval / 2,
+                false => at + now.interval,
             };
             if now.at < due {
                 return Step {

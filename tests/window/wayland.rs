@@ -61,12 +61,16 @@ impl<'a> Compositor<'a> {
     }
 
     fn open(&self, options: &[&str]) -> Viewer<'a> {
+        self.open_file("scene.txt", options)
+    }
+
+    fn open_file(&self, file: &str, options: &[&str]) -> Viewer<'a> {
         let mut command = self.desk.program();
         command
             .env_remove("DISPLAY")
             .env("WAYLAND_DISPLAY", SOCKET)
             .env("XDG_RUNTIME_DIR", self.desk.path(""))
-            .args(["view", "scene.txt", "--no-overlay"]);
+            .args(["view", file, "--no-overlay"]);
         Viewer::run(self.desk, command.args(options))
     }
 
@@ -86,6 +90,12 @@ impl<'a> Compositor<'a> {
     fn keys(&self, keys: &[&str]) {
         let arguments = [&["key"], keys].concat();
         assert!(self.desk.xdotool(&arguments).status.success());
+    }
+
+    fn signal(&self, name: &str) {
+        let kill = format!("kill -{name} {}", self.child.id());
+        let done = Command::new("sh").args(["-c", &kill]).status();
+        assert!(done.expect("a shell").success(), "{kill}");
     }
 
     fn end(&mut self) {
@@ -138,6 +148,42 @@ fn on_a_fine_screen_windows_have_the_size_that_is_asked_for_and_do_not_grow() {
         assert_eq!(viewer.ends().code(), Some(0));
         assert!(!desk.path("state/raybomb/window.json").exists());
     }
+}
+
+#[test]
+fn a_window_that_no_picture_is_taken_of_rests_and_comes_back_right() {
+    let Some(desk) = Desk::new() else { return };
+    let Some(compositor) = Compositor::start(&desk) else {
+        return;
+    };
+    let mut viewer = compositor.view(&["--play-actions", "-"]);
+    viewer.tell("settle");
+    viewer.prints(0);
+    compositor.shows(&desk.render(&[]), "at start");
+    // A compositor that does nothing sends no frame callbacks, as for a minimised window.
+    compositor.signal("STOP");
+    viewer.tell(&"next-view\nwait 0.1\n".repeat(6));
+    viewer.tell("print-camera");
+    assert_eq!(viewer.prints(1), "<s", "it waits for the compositor");
+    viewer.sleeps("a window that nobody sees");
+    compositor.signal("CONT");
+    compositor.shows(&desk.render(&["--view", "id"]), "seen again");
+    viewer.tell("quit");
+    assert_eq!(viewer.ends().code(), Some(0));
+    // A picture that takes its time.
+    desk.bring_bomb();
+    let options = ["--size", "640x480", "--engine", "report"];
+    let viewer = compositor.open_file("bomb.txt", &options);
+    until("a slow engine at work", || {
+        (viewer.cpu_ticks() > 100).then_some(())
+    });
+    compositor.signal("STOP");
+    viewer.sleeps("a slow engine for a window that nobody sees");
+    let rested = viewer.cpu_ticks();
+    compositor.signal("CONT");
+    until("the same at work again", || {
+        (viewer.cpu_ticks() > rested + 50).then_some(())
+    });
 }
 
 #[test]

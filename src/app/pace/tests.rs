@@ -18,6 +18,7 @@ fn moment(start: Instant, ms: u64) -> Moment {
     Moment {
         at: start + Duration::from_millis(ms),
         interval: INTERVAL,
+        told_when: false,
         turning: false,
         frame_time: None,
         must_be_fine: false,
@@ -93,6 +94,29 @@ fn what_a_hand_asks_for_waits_for_half_of_a_refresh_at_most() {
     assert_eq!(step.order.expect("in time").wish, wish(3));
     // What moves by itself keeps the screen's rate.
     assert_eq!(pace.step(wish(4), &moment(start, 20)).order, None);
+}
+
+#[test]
+fn where_the_window_system_keeps_the_rate_ours_does_not() {
+    let (mut pace, start) = pace();
+    let told = |ms| Moment {
+        told_when: true,
+        ..moment(start, ms)
+    };
+    pace.step(wish(1), &told(0));
+    assert_eq!(pace.step(wish(2), &told(3)).order, None);
+    let order = pace.step(wish(2), &told(16)).order;
+    assert_eq!(order.expect("before our own refresh").wish, wish(2));
+}
+
+#[test]
+fn what_was_ordered_before_a_rest_is_ordered_again() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, ms| pace.step(wish(1), &moment(start, ms)).order;
+    let first = ordered(&mut pace, 0);
+    assert_eq!(ordered(&mut pace, 50), None);
+    pace.rest();
+    assert_eq!(ordered(&mut pace, 9000), first);
 }
 
 /// Moves a slow scene until its pictures are coarse; the last wish is `wish(99)`, at 1000 ms.

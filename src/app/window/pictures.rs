@@ -150,6 +150,30 @@ impl Viewer {
 
     /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
     pub(super) fn order(&mut self) -> Option<Instant> {
+        let now = Instant::now();
+        let unseen_at = match &self.stage {
+            Stage::Running(screen) => screen.unseen_at(),
+            Stage::Waiting | Stage::Suspended(_) => Some(now),
+        };
+        if unseen_at.is_some_and(|at| at <= now) {
+            self.rest();
+            return None;
+        }
+        let due = self.order_at(now);
+        due.into_iter().chain(unseen_at).min()
+    }
+
+    /// Nobody sees the window: no picture is rendered. What was begun goes on when it is seen again; one of what moves
+    /// is finished.
+    fn rest(&mut self) {
+        self.slow.rest();
+        if !self.is_awaited {
+            self.painter.rest();
+            self.pace.rest();
+        }
+    }
+
+    fn order_at(&mut self, now: Instant) -> Option<Instant> {
         let Stage::Running(screen) = &self.stage else {
             return None;
         };
@@ -160,8 +184,9 @@ impl Viewer {
         }
         let time_moves = self.session.time_moves();
         let moment = Moment {
-            at: Instant::now(),
+            at: now,
             interval: screen.interval,
+            told_when: screen.tells_when,
             // While a script's time stands, so does the picture.
             turning: time_moves && self.state.is_turning(),
             frame_time: self.state.frame_time().filter(|_| time_moves),

@@ -146,10 +146,10 @@ impl ApplicationHandler<Message> for Viewer {
         self.note_settled();
         let round = self.run_kiosk(event_loop);
         let due = self.order();
-        self.refresh_overlay();
         let wake = [
             round,
             due,
+            self.refresh_overlay(),
             self.opener.wake(Instant::now()),
             self.next_change(),
         ];

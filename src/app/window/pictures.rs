@@ -30,8 +30,10 @@ impl Viewer {
             return;
         };
         let picture = self.picture.as_deref();
+        self.redrawn = Instant::now();
         let figures = if self.drawn.0.statistics {
-            let mut lines = self.statistics.lines(picture, self.state.frame());
+            let frame = self.state.frame();
+            let mut lines = self.statistics.lines(picture, frame, self.redrawn);
             lines.extend(picture.map(fineness));
             lines.push(self.pace.latencies.line());
             lines.extend(self.opener.improvement());
@@ -44,7 +46,6 @@ impl Viewer {
         let labels = wish
             .filter(|_| self.state.may_overlay())
             .and_then(|wish| slow.labels(wish, self.side_times));
-        self.redrawn = Instant::now();
         // Before the first picture there is a board to be read.
         let kiosk = self.kiosk.as_ref().filter(|_| picture.is_some());
         let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
@@ -73,8 +74,9 @@ impl Viewer {
         if std::mem::take(&mut self.is_new)
             && let Some(picture) = &self.picture
         {
-            self.pace.shown(picture, Instant::now());
-            self.statistics.count(self.now(), self.present);
+            let now = Instant::now();
+            self.pace.shown(picture, now);
+            self.statistics.count(now, self.present);
         }
     }
 
@@ -202,11 +204,16 @@ impl Viewer {
         step.wake
     }
 
-    /// Asks for a redraw where what is drawn over the picture is not what should be.
-    pub(super) fn refresh_overlay(&mut self) {
-        if self.drawn != self.wanted_overlay() {
+    /// Asks for a redraw where what is drawn over the picture is not what should be. Returns when to look again.
+    pub(super) fn refresh_overlay(&mut self) -> Option<Instant> {
+        // The figures tell once that nothing moves any more.
+        let stands_at = self.statistics.stands_at();
+        let stands_at = stands_at.filter(|&at| self.drawn.0.statistics && self.redrawn < at);
+        let is_due = stands_at.is_some_and(|at| at <= Instant::now());
+        if is_due || self.drawn != self.wanted_overlay() {
             self.stage.request_redraw();
         }
+        stands_at.filter(|_| !is_due)
     }
 }
 

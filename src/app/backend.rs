@@ -3,6 +3,7 @@
 use std::panic;
 
 use winit::event_loop::{EventLoop, EventLoopBuilder};
+use winit::raw_window_handle::{HasWindowHandle, RawWindowHandle};
 use winit::window::{Window, WindowAttributes};
 
 use super::AppError;
@@ -113,6 +114,12 @@ pub fn has_opacity(window: &Window) -> bool {
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub fn has_opacity(_window: &Window) -> bool {
     false
+}
+
+/// True where the window system tells when it takes the next picture: Wayland, by frame callbacks.
+pub fn tells_when(window: &Window) -> bool {
+    let handle = window.window_handle().map(|handle| handle.as_raw());
+    matches!(handle, Ok(RawWindowHandle::Wayland(_)))
 }
 
 /// Sees to it that keys reach a new window that can be seen.

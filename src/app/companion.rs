@@ -254,27 +254,25 @@ fn work(threads: usize, shared: &Shared, notify: &(impl Fn(News) + Sync)) {
             };
             now.task = task;
             now.sketch().want(now.task.columns.clone());
-            paint(renderer, &world, &now, shared, notify).map(|time| {
-                now.spent = time;
-                now
-            })
+            now.spent = paint(renderer, &world, &now, shared, notify);
+            now
         }));
         match painted {
-            Ok(on_the_easel) => easel = on_the_easel,
+            Ok(on_the_easel) => easel = Some(on_the_easel),
             Err(panic) => notify(News::Failed(message_of(&*panic))),
         }
     }
 }
 
-/// Goes on with a picture until it is whole or not wanted any more. Returns what was spent on it; `None` when it is
-/// wanted no more at all.
+/// Goes on with a picture until it is whole or not wanted any more. Returns what was spent on it: it may be wanted
+/// again.
 fn paint(
     renderer: &Renderer,
     world: &World,
     easel: &Easel,
     shared: &Shared,
     notify: &(impl Fn(News) + Sync),
-) -> Option<Duration> {
+) -> Duration {
     let began = Instant::now();
     let patience_ms = AtomicU64::new(patience_ms_of(&easel.sketch()));
     let may_be_seen =
@@ -310,7 +308,7 @@ fn paint(
     if is_due || sketch.is_whole() {
         show(&sketch);
     }
-    is_wanted.then(|| easel.spent + began.elapsed())
+    easel.spent + began.elapsed()
 }
 
 /// How long a picture is worked on before it may be seen as it is.
@@ -479,6 +477,21 @@ mod tests {
         drop(companion);
         // The thread held the sender.
         assert!(news.recv_timeout(Duration::from_secs(20)).is_err());
+    }
+
+    #[test]
+    fn what_is_stopped_goes_on_where_it_was() {
+        let (companion, news) = companion(&Arc::default());
+        let (world, view) = stage(1000);
+        companion.set_world(world);
+        companion.order(Some(task(view)));
+        let before = next(&news);
+        companion.order(None);
+        // What was on its way may still come.
+        while news.recv_timeout(Duration::from_millis(100)).is_ok() {}
+        companion.order(Some(task(view)));
+        let after = next(&news);
+        assert!(after.done >= before.done && after.time > before.time);
     }
 
     #[test]

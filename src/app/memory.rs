@@ -63,6 +63,8 @@ pub struct Memory {
     now: Placement,
     /// The size that the program gave the window.
     given: Option<(u32, u32)>,
+    /// The next size is given too.
+    is_rescaled: bool,
 }
 
 impl Memory {
@@ -104,8 +106,22 @@ impl Memory {
         self.given = Some(size);
     }
 
+    /// The size that the program gave the window, unless a hand has given it another.
+    #[must_use]
+    pub fn given(&self) -> Option<(u32, u32)> {
+        self.given.filter(|_| self.given == self.now.size)
+    }
+
+    /// The window's screen has another scale factor. The size that follows from it is no hand's choice.
+    pub fn rescaled(&mut self) {
+        self.is_rescaled = self.given().is_some();
+    }
+
     /// The window has that size.
     pub fn sized(&mut self, size: (u32, u32)) {
+        if std::mem::take(&mut self.is_rescaled) {
+            self.given = Some(size);
+        }
         self.now.size = Some(size);
     }
 
@@ -170,6 +186,30 @@ mod tests {
             memory.keep().expect("kept");
         }
         assert_eq!(Memory::of(folder).size(), Some((700, 500)));
+    }
+
+    #[test]
+    fn a_size_that_follows_from_another_scale_factor_is_nobodys_choice() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let kept = |sizes: &[(u32, u32)]| {
+            let folder = folder.path().join(format!("{}", sizes.len()));
+            let mut memory = Memory::of(Some(folder.clone()));
+            memory.gives((640, 480));
+            memory.sized((640, 480));
+            for &size in sizes {
+                memory.sized(size);
+                memory.rescaled();
+                memory.sized((2 * size.0, 2 * size.1));
+            }
+            memory.keep().expect("kept");
+            Memory::of(Some(folder)).size()
+        };
+        assert_eq!(kept(&[(640, 480)]), None);
+        assert_eq!(kept(&[(640, 480), (1280, 960)]), None);
+        assert_eq!(
+            kept(&[(640, 480), (1280, 960), (700, 500)]),
+            Some((1400, 1000))
+        );
     }
 
     #[test]

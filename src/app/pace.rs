@@ -1,7 +1,8 @@
 //! Which picture to order now, and how fine: the rhythm of the window. Plain data; time enters as a value.
 //!
 //! Pictures follow one another at the screen's rate at most, by our own clock: presenting on X11 waits for nothing. Those
-//! that a hand asks for may come twice as often, so that it waits for less than a refresh.
+//! that a hand asks for may come twice as often, so that it waits for less than a refresh. Where the window system
+//! tells when it takes the next one (Wayland), that is the clock.
 //! While something moves the [`Governor`] says how coarse; when the wish has stood for a moment, or the hand has let
 //! go, the fine picture follows, and then its refinement.
 
@@ -26,6 +27,8 @@ pub struct Moment {
     pub at: Instant,
     /// The shortest time between two pictures.
     pub interval: Duration,
+    /// The window system tells when it takes the next picture: nobody asks for one before.
+    pub told_when: bool,
     /// A key that turns the camera is held.
     pub turning: bool,
     /// The animation plays, and each frame is shown for so long.
@@ -52,6 +55,8 @@ pub struct Pace {
     /// Pictures are of this scene.
     scene: u64,
     sent: Option<(Order, Instant)>,
+    /// There is a picture of this that nothing better follows.
+    finest: Option<Wish>,
     /// What failed last, and was ordered once more.
     failed: Option<Wish>,
     /// When the wish last changed.
@@ -86,6 +91,7 @@ impl Pace {
             governor: Governor::default(),
             scene: 0,
             sent: None,
+            finest: None,
             failed: None,
             changed: None,
             hand: None,
@@ -118,6 +124,7 @@ impl Pace {
     pub fn forget(&mut self) {
         self.scene += 1;
         self.sent = None;
+        self.finest = None;
         self.changed = None;
         self.governor.forget();
     }
@@ -127,7 +134,15 @@ impl Pace {
     pub fn improved(&mut self, looks_different: bool) {
         self.governor.improved();
         self.sent = None;
-        self.scene += u64::from(looks_different);
+        if looks_different {
+            self.scene += 1;
+            self.finest = None;
+        }
+    }
+
+    /// Nothing is rendered any more. When somebody asks again, what is wanted is ordered as if it had never been.
+    pub fn rest(&mut self) {
+        self.sent = None;
     }
 
     /// True for pictures of the scene that is open; others were begun before.
@@ -177,9 +192,10 @@ impl Pace {
         if is_new {
             // What a hand does is answered at up to twice the screen's rate: it would wait for half a picture
             // on average, and the picture shown next would be old by as much.
-            let due = match self.asked {
-                Some(_) => at + now.interval / 2,
-                None => at + now.interval,
+            // Where the window system keeps the screen's rate, ours would only get out of step with it.
+            let due = match self.asked.is_some() || now.told_when {
+                true => at + now.interval / 2,
+                false => at + now.interval,
             };
             if now.at < due {
                 return Step {
@@ -208,7 +224,8 @@ impl Pace {
                 true => self.governor.pixel_size(),
                 false => 1,
             },
-            samples: if moving {
+            // What is there already is ordered once more to learn what it takes.
+            samples: if moving || self.finest == Some(wish) {
                 Samples::ONE
             } else {
                 self.samples_of(&wish)
@@ -250,6 +267,12 @@ impl Pace {
 
     /// A picture came; showing one takes `present`.
     pub fn took(&mut self, picture: &Picture, present: Duration) {
+        let wish = picture.order.wish;
+        if self.is_finest(picture) {
+            self.finest = Some(wish);
+        } else if self.finest != Some(wish) {
+            self.finest = None;
+        }
         let time = picture.stats.total + present;
         if picture.order.moving {
             self.governor

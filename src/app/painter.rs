@@ -52,6 +52,16 @@ pub struct Picture {
     pub side_times: [Duration; 2],
 }
 
+impl Picture {
+    /// The same picture as `other`, and not as fine.
+    #[must_use]
+    pub fn is_coarser_than(&self, other: &Picture) -> bool {
+        let (own, others) = (&self.order, &other.order);
+        let is_same = own.scene == others.scene && own.wish == others.wish;
+        is_same && (own.pixel_size > others.pixel_size || self.samples < other.samples)
+    }
+}
+
 /// What the render thread has to tell.
 #[derive(Debug)]
 pub enum Notice {
@@ -88,6 +98,8 @@ struct Desk {
     /// The picture in the making, if another order may stop it.
     interruptible: Option<Arc<Progress>>,
     spare: Vec<Frame>,
+    /// Nobody sees the window: what is being refined is not wanted.
+    rests: bool,
     closed: bool,
 }
 
@@ -148,7 +160,7 @@ impl Shared {
         }
         let mut desk = self.desk();
         desk.interruptible = (!order.moving).then(|| Arc::clone(&progress));
-        if desk.closed || desk.has_job() {
+        if desk.closed || desk.rests || desk.has_job() {
             desk.interrupt();
         }
         progress
@@ -157,7 +169,7 @@ impl Shared {
     /// True when the picture in the making is not wanted any more.
     fn is_superseded(&self) -> bool {
         let desk = self.desk();
-        desk.closed || desk.order.is_some()
+        desk.closed || desk.rests || desk.order.is_some()
     }
 }
 
@@ -201,8 +213,17 @@ impl Painter {
         let waited = desk.order.and_then(|old| old.asked);
         let asked = waited.into_iter().chain(order.asked).min();
         desk.order = Some(Order { asked, ..order });
+        desk.rests = false;
         desk.interrupt();
         self.shared.bell.notify_one();
+    }
+
+    /// Stops work until the next order. A picture of what moves is finished.
+    pub fn rest(&self) {
+        let mut desk = self.shared.desk();
+        desk.order = None;
+        desk.rests = true;
+        desk.interrupt();
     }
 
     /// Asks what a pixel shows. What is being refined waits for the answer.

@@ -15,16 +15,25 @@ use super::{AppError, backend};
 /// Pictures follow one another at the screen's rate, or at this one where it is not told.
 const DEFAULT_INTERVAL: Duration = Duration::from_nanos(16_666_667);
 
+/// A window that takes no picture for so long is seen by nobody. Wayland does not tell it in another way.
+const UNSEEN: Duration = Duration::from_millis(250);
+
 /// The window and its surface.
 pub struct Screen {
     /// The window.
     pub window: Arc<Window>,
     /// The shortest time between two pictures.
     pub interval: Duration,
+    /// The window system tells when it takes the next picture.
+    pub tells_when: bool,
     presenter: Presenter<OwnedDisplayHandle, Arc<Window>>,
+    /// On which screen the window is, is known: on Wayland only when it is shown.
+    has_monitor: bool,
     /// The picture's size, which is the window's where the window system takes that.
     size: (u32, u32),
     occluded: bool,
+    /// Since when it is asked for a redraw that has not come.
+    waits_since: Option<Instant>,
 }
 
 impl Screen {
@@ -48,7 +57,10 @@ impl Screen {
         Ok(Screen {
             size: (size.width, size.height),
             interval: refresh_interval(&window),
+            has_monitor: window.current_monitor().is_some(),
+            tells_when: backend::tells_when(&window),
             occluded: false,
+            waits_since: None,
             window,
             presenter,
         })
@@ -58,8 +70,26 @@ impl Screen {
     /// larger one.
     pub fn resize(&mut self, size: PhysicalSize<u32>) -> (u32, u32) {
         self.size = backend::fitted(&self.window, (size.width, size.height));
-        self.window.request_redraw();
+        self.request_redraw();
         self.size
+    }
+
+    /// Asks for a redraw. It comes when the window system takes a picture: on Wayland that may be never.
+    pub fn request_redraw(&mut self) {
+        self.waits_since.get_or_insert_with(Instant::now);
+        self.window.request_redraw();
+    }
+
+    /// When it is clear that nobody sees the window, unless a redraw comes before.
+    #[must_use]
+    pub fn unseen_at(&self) -> Option<Instant> {
+        self.waits_since.map(|since| since + UNSEEN)
+    }
+
+    /// Whether the window system has told on which screen the window is. Before that the scale factor is 1.
+    #[must_use]
+    pub fn has_monitor(&self) -> bool {
+        self.has_monitor
     }
 
     /// Nothing of the window can be seen, or something can.
@@ -81,7 +111,16 @@ impl Screen {
         draw: impl FnOnce(&mut Canvas<'_>),
     ) -> Result<Duration, AppError> {
         let start = Instant::now();
+        self.waits_since = None;
+        if !self.has_monitor && self.window.current_monitor().is_some() {
+            self.has_monitor = true;
+            self.interval = refresh_interval(&self.window);
+        }
         let frame = picture.map(|p| &p.frame);
+        // The first pictures need not wait: what is learned from showing them may give the window another size.
+        if self.has_monitor {
+            self.window.pre_present_notify();
+        }
         let pixel_size = picture.map_or(1, |p| p.order.pixel_size);
         self.presenter
             .present(self.size, frame, pixel_size, draw)
@@ -127,17 +166,17 @@ impl Stage {
     }
 
     /// Asks for a redraw of a window that can be seen.
-    pub fn request_redraw(&self) {
+    pub fn request_redraw(&mut self) {
         if let Stage::Running(screen) = self {
-            screen.window.request_redraw();
+            screen.request_redraw();
         }
     }
 
     /// Moves between running and suspended after a change of the screen.
     pub fn settle(&mut self) {
         *self = match std::mem::replace(self, Stage::Waiting) {
-            Stage::Suspended(screen) if screen.is_visible() => {
-                screen.window.request_redraw();
+            Stage::Suspended(mut screen) if screen.is_visible() => {
+                screen.request_redraw();
                 Stage::Running(screen)
             }
             Stage::Running(screen) if !screen.is_visible() => Stage::Suspended(screen),

@@ -10,11 +10,15 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::AppError;
+use super::action::Action;
 use super::loader::why_not;
 use super::pace::Pace;
 use super::script::{Line, Player, Recorder, read_line};
 use super::side::Side;
 use super::state::{State, word};
+
+/// A window has so long to take the size that a script asks for.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// The next line of the script; `None` after the last; or what is wrong with it.
 pub type NextLine = Result<Option<Line>, String>;
@@ -25,8 +29,8 @@ pub struct Session {
     player: Option<Player>,
     recorder: Option<Recorder>,
     settles: u64,
-    /// The window's size that the script asked for last.
-    wanted_px: Option<(u32, u32)>,
+    /// The window's size that the script asked for last, and until when, on the clock, it waits for that.
+    wanted_px: Option<((u32, u32), Duration)>,
     /// The window's size.
     size_px: (u32, u32),
 }
@@ -87,8 +91,13 @@ impl Session {
     /// The next line that is due.
     pub fn next(&mut self, real: Duration, settled: bool) -> Option<Line> {
         let line = self.player.as_mut()?.next(real, settled)?;
-        if let Line::Resize(width, height) = line {
-            self.wanted_px = Some((width, height));
+        match line {
+            Line::Resize(width, height) => {
+                self.wanted_px = Some(((width, height), real.saturating_add(PATIENCE)));
+            }
+            // The size before is wanted no more.
+            Line::Act(Action::ToggleFullscreen) => self.wanted_px = None,
+            _ => {}
         }
         Some(line)
     }
@@ -101,13 +110,26 @@ impl Session {
     /// True unless the script waits for a size of the window.
     #[must_use]
     pub fn has_size(&self) -> bool {
-        self.wanted_px.is_none_or(|wanted| wanted == self.size_px)
+        self.wanted_px
+            .is_none_or(|(wanted, _)| wanted == self.size_px)
+    }
+
+    /// The size that the window has not taken until `real`, told once: the script goes on without.
+    pub fn give_up_size(&mut self, real: Duration) -> Option<(u32, u32)> {
+        let (wanted, until) = self.wanted_px.filter(|_| !self.has_size())?;
+        (until <= real).then(|| {
+            self.wanted_px = None;
+            wanted
+        })
     }
 
     /// When, on the clock, the script goes on by itself.
     #[must_use]
     pub fn wakes_at(&self) -> Option<Duration> {
-        self.player.as_ref()?.wakes_at()
+        let gives_up = self.wanted_px.filter(|_| !self.has_size());
+        let gives_up = gives_up.map(|(_, until)| until);
+        let wakes = self.player.as_ref()?.wakes_at();
+        wakes.into_iter().chain(gives_up).min()
     }
 
     /// Writes down that `line` is done at the session's time `now`.
@@ -195,4 +217,48 @@ fn read(source: impl Read, name: &str, send: impl Fn(NextLine)) {
 pub fn print(text: &str) {
     let mut out = io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn playing(lines: &[Line]) -> Session {
+        let mut session = Session {
+            player: Some(Player::default()),
+            ..Session::default()
+        };
+        session.sized((640, 480));
+        for &line in lines {
+            session.push(Some(line));
+        }
+        session
+    }
+
+    #[test]
+    fn a_size_that_the_window_does_not_take_is_given_up_once() {
+        let mut session = playing(&[Line::Resize(300, 200), Line::Settle]);
+        let start = Duration::from_secs(5);
+        assert_eq!(session.next(start, false), Some(Line::Resize(300, 200)));
+        assert!(!session.has_size());
+        assert_eq!(session.give_up_size(start), None);
+        assert_eq!(session.wakes_at(), Some(start + PATIENCE));
+        let late = start + PATIENCE;
+        assert_eq!(session.give_up_size(late), Some((300, 200)));
+        assert!(session.has_size() && session.wakes_at().is_none());
+        assert_eq!(session.give_up_size(late), None);
+    }
+
+    #[test]
+    fn a_size_that_was_taken_is_wanted_until_the_script_fills_the_screen() {
+        let fullscreen = Line::Act(Action::ToggleFullscreen);
+        let mut session = playing(&[Line::Resize(300, 200), fullscreen]);
+        session.next(Duration::ZERO, true);
+        session.sized((300, 200));
+        assert!(session.has_size());
+        assert_eq!(session.give_up_size(Duration::MAX), None);
+        assert_eq!(session.next(Duration::ZERO, true), Some(fullscreen));
+        session.sized((1600, 1200));
+        assert!(session.has_size());
+    }
 }

@@ -1,7 +1,7 @@
 //! The figures of the overlay: how fast, how large, by what means.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::overlay::Line;
 use super::painter::Picture;
@@ -15,7 +15,7 @@ const WINDOW: Duration = Duration::from_secs(1);
 pub struct Statistics {
     threads: usize,
     triangles: usize,
-    shown: VecDeque<Duration>,
+    shown: VecDeque<Instant>,
     present: Duration,
 }
 
@@ -32,7 +32,7 @@ impl Statistics {
     }
 
     /// A new picture was shown at `now`; copying, drawing over and handing over took `present`.
-    pub fn count(&mut self, now: Duration, present: Duration) {
+    pub fn count(&mut self, now: Instant, present: Duration) {
         self.shown.push_back(now);
         self.present = present;
         while self.shown.front().is_some_and(|&t| t + WINDOW < now) {
@@ -40,16 +40,26 @@ impl Statistics {
         }
     }
 
-    /// Pictures a second, over the last second in which there were any; `None` for a picture that stands.
-    fn rate(&self) -> Option<f64> {
-        let (first, last) = (self.shown.front()?, self.shown.back()?);
-        let seconds = last.saturating_sub(*first).as_secs_f64();
-        (seconds > 0.0).then(|| (self.shown.len() - 1) as f64 / seconds)
+    /// Pictures a second, over the second before `now`; `None` for a picture that stands.
+    fn rate(&self, now: Instant) -> Option<f64> {
+        let count = self.shown.iter().filter(|&&t| t + WINDOW > now).count();
+        let (first, last) = (
+            *self.shown.iter().nth_back(count.checked_sub(1)?)?,
+            *self.shown.back()?,
+        );
+        let seconds = last.saturating_duration_since(first).as_secs_f64();
+        (seconds > 0.0).then(|| (count - 1) as f64 / seconds)
     }
 
-    /// The figures as text; `frame` is the number shown and the last one.
+    /// When it is clear that the newest picture stands, unless another one is shown before.
     #[must_use]
-    pub fn lines(&self, picture: Option<&Picture>, frame: (u64, u64)) -> Vec<Line> {
+    pub fn stands_at(&self) -> Option<Instant> {
+        self.shown.back().map(|&last| last + WINDOW)
+    }
+
+    /// The figures at `now` as text; `frame` is the number shown and the last one.
+    #[must_use]
+    pub fn lines(&self, picture: Option<&Picture>, frame: (u64, u64), now: Instant) -> Vec<Line> {
         let Some(picture) = picture else {
             return vec![Line::new("", "no picture yet")];
         };
@@ -66,7 +76,7 @@ impl Statistics {
         let rays = fast_part(wish) * (width * height) as f64;
         let mrays_s = rays / 1e6 / stats.total.as_secs_f64().max(1e-9);
         let fps = self
-            .rate()
+            .rate(now)
             .map_or("standing".to_string(), |rate| format!("{rate:.1}"));
         vec![
             Line::new("fps", fps),
@@ -107,14 +117,20 @@ mod tests {
     #[test]
     fn the_rate_is_that_of_the_last_second() {
         let mut s = Statistics::new(2, 12);
-        assert_eq!(s.rate(), None);
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        assert_eq!((s.rate(start), s.stands_at()), (None, None));
         for i in 0..200 {
-            s.count(Duration::from_millis(20 * i), Duration::ZERO);
+            s.count(at(20 * i), Duration::ZERO);
         }
-        let rate = s.rate().expect("many pictures");
-        assert!((rate - 50.0).abs() < 1e-9, "{rate}");
-        s.count(Duration::from_secs(60), Duration::ZERO);
-        assert_eq!(s.rate(), None);
+        for ms in [3980, 4500] {
+            let rate = s.rate(at(ms)).expect("many pictures");
+            assert!((rate - 50.0).abs() < 1e-9, "{rate}");
+        }
+        assert_eq!(s.stands_at(), Some(at(4980)));
+        assert_eq!(s.rate(at(4980)), None);
+        s.count(at(60_000), Duration::ZERO);
+        assert_eq!(s.rate(at(60_000)), None);
     }
 
     #[test]
@@ -151,7 +167,7 @@ mod tests {
                 },
                 side_times: [Duration::ZERO; 2],
             };
-            let lines = Statistics::new(1, 1).lines(Some(&picture), (0, 0));
+            let lines = Statistics::new(1, 1).lines(Some(&picture), (0, 0), Instant::now());
             let of = |name: &str| lines.iter().find(|l| l.name == name).expect("a line");
             (of("render").text.clone(), of("speed").text.clone())
         };
@@ -162,6 +178,11 @@ mod tests {
 
     #[test]
     fn without_a_picture_there_are_no_figures() {
-        assert_eq!(Statistics::new(1, 1).lines(None, (0, 0)).len(), 1);
+        assert_eq!(
+            Statistics::new(1, 1)
+                .lines(None, (0, 0), Instant::now())
+                .len(),
+            1
+        );
     }
 }

@@ -18,7 +18,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, KeyEvent};
+use winit::event::{ElementState, InnerSizeWriter, KeyEvent};
 use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 use winit::window::{CursorIcon, Fullscreen};
 
@@ -342,6 +342,18 @@ impl Viewer {
             ));
         }
         self.stage.settle();
+    }
+
+    fn rescaled(&mut self, scale_factor: f64, mut size: InnerSizeWriter) {
+        self.overlay.set_scale_factor(scale_factor);
+        self.state.set_scale_factor(scale_factor);
+        self.memory.rescaled();
+        let is_first = self.stage.screen().is_some_and(|s| !s.has_monitor());
+        // The window was opened as if a logical pixel were a physical one: here it gets the size that was meant.
+        if let Some(given) = self.memory.given().filter(|_| is_first) {
+            // Fails when the window is gone.
+            let _ = size.request_inner_size(given.into());
+        }
     }
 
     fn occluded(&mut self, occluded: bool) {

@@ -49,6 +49,7 @@ fn a_window_taken_from_the_screen_rests_and_comes_back_right() {
     let client = desk.client();
     client.show(viewer.window(), false);
     assert_eq!(viewer.says(0), "playback ended at frame 48");
+    viewer.sleeps("a window that is not on the screen");
     client.show(viewer.window(), true);
     let id = desk.render(&["--size", "320x240", "--view", "id"]);
     viewer.shows(&id, "back on the screen");

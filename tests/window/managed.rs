@@ -17,11 +17,29 @@ fn a_minimised_window_rests_and_comes_back_right() {
     viewer.keys(&["space", "v"]);
     viewer.hand(&["windowminimize", "WINDOW"]);
     assert_eq!(viewer.says(0), "playback ended at frame 48");
+    viewer.sleeps("a minimised window");
     viewer.hand(&["windowactivate", "--sync", "WINDOW"]);
     let id = desk.render(&["--size", "320x240", "--view", "id"]);
     viewer.shows(&id, "back on the screen");
     viewer.keys(&["k"]);
     viewer.shows(&id, "with the keyboard");
+}
+
+#[test]
+fn nothing_is_painted_for_a_minimised_window_and_slow_engines_go_on_afterwards() {
+    let Some(desk) = managed() else { return };
+    desk.bring_bomb();
+    let mut command = desk.program();
+    command.args(["view", "bomb.txt", "--no-overlay", "--engine", "report"]);
+    let viewer = Viewer::start(&desk, command.args(["--size", "640x480"]));
+    // Black before the first outline.
+    let outline = until("an outline", || {
+        Some(viewer.grab()).filter(|shown| shown.rgb.iter().any(|&c| c != 0))
+    });
+    viewer.hand(&["windowminimize", "WINDOW"]);
+    viewer.sleeps("a minimised window");
+    viewer.hand(&["windowactivate", "--sync", "WINDOW"]);
+    viewer.changes_from(&outline, "finer pixels");
 }
 
 #[test]

@@ -151,6 +151,12 @@ impl Desk {
         command.env("DISPLAY", &self.display)
     }
 
+    /// Puts a scene in the folder that keeps the slow engines busy.
+    pub fn bring_bomb(&self) {
+        let bomb = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/bomb.txt");
+        std::fs::copy(bomb, self.path("bomb.txt")).expect("copied");
+    }
+
     /// The whole screen.
     pub fn screen(&self) -> Picture {
         let output = self.tool("xwd", &["-silent", "-root"]);
@@ -452,6 +458,15 @@ impl<'a> Viewer<'a> {
         let fields: Vec<&str> = after_name.split_whitespace().collect();
         let ticks = |i: usize| fields[i].parse::<u64>().expect("a number");
         ticks(11) + ticks(12)
+    }
+
+    /// Waits until the program has done nothing for a while.
+    pub fn sleeps(&self, what: &str) {
+        until(what, || {
+            let before = self.cpu_ticks();
+            std::thread::sleep(Duration::from_millis(400));
+            (self.cpu_ticks() <= before + 1).then_some(())
+        });
     }
 
     /// Waits for the end of the program.

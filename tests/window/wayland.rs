@@ -16,13 +16,20 @@ struct Compositor<'a> {
 
 impl<'a> Compositor<'a> {
     fn start(desk: &'a Desk) -> Option<Compositor<'a>> {
+        Compositor::with(desk, 1600, 1200, 1)
+    }
+
+    /// On a screen of that size in logical pixels, `scale` physical ones each.
+    fn with(desk: &'a Desk, width: u32, height: u32, scale: u32) -> Option<Compositor<'a>> {
         if !is_there(&["weston"]) {
             return None;
         }
         let child = desk
             .on_display(&mut Command::new("weston"))
             .args(["--backend=x11-backend.so", "--use-pixman", "--no-config"])
-            .args(["--width=1600", "--height=1200", "--idle-time=0"])
+            .arg("--idle-time=0")
+            .args([format!("--width={width}"), format!("--height={height}")])
+            .arg(format!("--scale={scale}"))
             .arg(format!("--socket={SOCKET}"))
             .env("XDG_RUNTIME_DIR", desk.path(""))
             .stdout(Stdio::null())
@@ -50,12 +57,20 @@ impl<'a> Compositor<'a> {
 
     /// The window with its scene at 640x480: from there on it only shrinks, and is all on the screen.
     fn view(&self, options: &[&str]) -> Viewer<'a> {
+        self.open(&[&["--size", "640x480"], options].concat())
+    }
+
+    fn open(&self, options: &[&str]) -> Viewer<'a> {
+        self.open_file("scene.txt", options)
+    }
+
+    fn open_file(&self, file: &str, options: &[&str]) -> Viewer<'a> {
         let mut command = self.desk.program();
         command
             .env_remove("DISPLAY")
             .env("WAYLAND_DISPLAY", SOCKET)
             .env("XDG_RUNTIME_DIR", self.desk.path(""))
-            .args(["view", "scene.txt", "--no-overlay", "--size", "640x480"]);
+            .args(["view", file, "--no-overlay"]);
         Viewer::run(self.desk, command.args(options))
     }
 
@@ -75,6 +90,12 @@ impl<'a> Compositor<'a> {
     fn keys(&self, keys: &[&str]) {
         let arguments = [&["key"], keys].concat();
         assert!(self.desk.xdotool(&arguments).status.success());
+    }
+
+    fn signal(&self, name: &str) {
+        let kill = format!("kill -{name} {}", self.child.id());
+        let done = Command::new("sh").args(["-c", &kill]).status();
+        assert!(done.expect("a shell").success(), "{kill}");
     }
 
     fn end(&mut self) {
@@ -110,6 +131,59 @@ fn settled_pictures_are_on_the_screen_to_the_bit() {
     }
     viewer.tell("quit");
     assert_eq!(viewer.ends().code(), Some(0));
+}
+
+#[test]
+fn on_a_fine_screen_windows_have_the_size_that_is_asked_for_and_do_not_grow() {
+    let Some(desk) = Desk::new() else { return };
+    let Some(compositor) = Compositor::with(&desk, 800, 600, 2) else {
+        return;
+    };
+    for size in ["640x480", "640x480", "500x300"] {
+        let asked = ["--size", "500x300"];
+        let options = &asked[..if size == "500x300" { 2 } else { 0 }];
+        let mut viewer = compositor.open(options);
+        compositor.shows(&desk.render(&["--size", size]), size);
+        compositor.keys(&["q"]);
+        assert_eq!(viewer.ends().code(), Some(0));
+        assert!(!desk.path("state/raybomb/window.json").exists());
+    }
+}
+
+#[test]
+fn a_window_that_no_picture_is_taken_of_rests_and_comes_back_right() {
+    let Some(desk) = Desk::new() else { return };
+    let Some(compositor) = Compositor::start(&desk) else {
+        return;
+    };
+    let mut viewer = compositor.view(&["--play-actions", "-"]);
+    viewer.tell("settle");
+    viewer.prints(0);
+    compositor.shows(&desk.render(&[]), "at start");
+    // A compositor that does nothing sends no frame callbacks, as for a minimised window.
+    compositor.signal("STOP");
+    viewer.tell(&"next-view\nwait 0.1\n".repeat(6));
+    viewer.tell("print-camera");
+    assert_eq!(viewer.prints(1), "<s", "it waits for the compositor");
+    viewer.sleeps("a window that nobody sees");
+    compositor.signal("CONT");
+    compositor.shows(&desk.render(&["--view", "id"]), "seen again");
+    viewer.tell("quit");
+    assert_eq!(viewer.ends().code(), Some(0));
+    // A picture that takes its time.
+    desk.bring_bomb();
+    let options = ["--size", "640x480", "--engine", "report"];
+    let viewer = compositor.open_file("bomb.txt", &options);
+    until("a slow engine at work", || {
+        (viewer.cpu_ticks() > 100).then_some(())
+    });
+    compositor.signal("STOP");
+    viewer.sleeps("a slow engine for a window that nobody sees");
+    let rested = viewer.cpu_ticks();
+    compositor.signal("CONT");
+    until("the same at work again", || {
+        (viewer.cpu_ticks() > rested + 50).then_some(())
+    });
 }
 
 #[test]

@@ -11,6 +11,10 @@ use crate::scene::Axis;
 const ARM_PX: f64 = 36.0;
 /// From the middle to the window's borders, in arms.
 const MARGIN: f64 = 1.5;
+/// The middle of a letter, in arms from that of the cross.
+const LETTER: f64 = 1.28;
+/// Letters whose middles are nearer than that, in arms across and down, cover each other.
+const LETTER_ROOM: (f64, f64) = (0.3, 0.4);
 /// The end that points away from the eye is so much darker.
 const FAR: u32 = 0x3f_3f3f;
 
@@ -30,6 +34,8 @@ struct End {
     depth: f64,
     color: u32,
     letter: Option<char>,
+    /// A nearer letter lies over this one.
+    is_covered: bool,
 }
 
 /// The six ends, the farthest first.
@@ -43,6 +49,7 @@ fn ends(view: &View) -> Vec<End> {
         depth: direction.dot(away),
         color,
         letter,
+        is_covered: false,
     };
     let mut ends: Vec<End> = AXES
         .into_iter()
@@ -55,7 +62,22 @@ fn ends(view: &View) -> Vec<End> {
         })
         .collect();
     ends.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+    find_covered_letters(&mut ends);
     ends
+}
+
+/// Finds the letters that nearer ones would cover: of two in one place none can be read.
+fn find_covered_letters(ends: &mut [End]) {
+    for i in 0..ends.len() {
+        let (before, nearer) = ends.split_at_mut(i + 1);
+        let end = &mut before[i];
+        let covers = |other: &End| {
+            let across = (other.right - end.right).abs() * LETTER;
+            let along = (other.down - end.down).abs() * LETTER;
+            other.letter.is_some() && across < LETTER_ROOM.0 && along < LETTER_ROOM.1
+        };
+        end.is_covered = end.letter.is_some() && nearer.iter().any(covers);
+    }
 }
 
 /// What the cross takes of a window of that size.
@@ -104,8 +126,8 @@ pub fn draw(
         };
         canvas.line(middle, at(length), (thick + 2.0) * scale, 0);
         canvas.line(middle, at(length), thick * scale, color);
-        if let Some(c) = end.letter {
-            letter(canvas, at(1.28), c, color);
+        if let Some(c) = end.letter.filter(|_| !end.is_covered) {
+            letter(canvas, at(LETTER), c, color);
         }
     }
     canvas.line(middle, middle, 4.0 * scale, WHITE);
@@ -127,5 +149,26 @@ mod tests {
         assert!(near(x.right, 1.0) && near(x.down, 0.0));
         assert!(near(y.right, 0.0) && near(y.down, -1.0));
         assert!(near(z.depth, -1.0) && *z == ends[5], "the nearest is last");
+        assert!(ends.iter().all(|end| !end.is_covered));
+    }
+
+    #[test]
+    fn of_two_letters_in_one_place_the_nearer_one_is_drawn() {
+        let end = |right, letter| End {
+            right,
+            down: 0.0,
+            depth: 0.0,
+            color: 0,
+            letter,
+            is_covered: false,
+        };
+        let covered = |ends: &mut [End]| {
+            find_covered_letters(ends);
+            ends.iter().map(|end| end.is_covered).collect::<Vec<bool>>()
+        };
+        let mut near = [end(0.9, Some('x')), end(0.8, Some('y'))];
+        assert_eq!(covered(&mut near), [true, false]);
+        let mut apart = [end(0.9, Some('x')), end(0.5, Some('y')), end(0.5, None)];
+        assert_eq!(covered(&mut apart), [false; 3]);
     }
 }

@@ -71,15 +71,28 @@ impl Canvas<'_> {
             clip(first, last.saturating_sub(first), limit)
         };
         let columns = span(from.0, to.0, self.width);
+        let along = 1.0 / squared.max(1e-9);
+        // Squared distances of a pixel that is all covered, and of one that is just not.
+        let (inner, outer) = ((thickness / 2.0 - 0.5).max(0.0), thickness / 2.0 + 0.5);
+        let (inner, outer) = (inner * inner, outer * outer);
         for y in span(from.1, to.1, self.height) {
             for x in columns.clone() {
                 let (dx, dy) = (x as f64 + 0.5 - from.0, y as f64 + 0.5 - from.1);
-                let part = (dx * along_x + dy * along_y) / squared.max(1e-9);
+                let part = (dx * along_x + dy * along_y) * along;
                 let part = part.clamp(0.0, 1.0);
-                let distance = libm::hypot(dx - part * along_x, dy - part * along_y);
-                let alpha = (thickness / 2.0 + 0.5 - distance).clamp(0.0, 1.0) * 255.0;
+                let (dx, dy) = (dx - part * along_x, dy - part * along_y);
+                let distance = dx * dx + dy * dy;
+                // Most pixels of the rectangle lie far from the line.
+                if distance >= outer {
+                    continue;
+                }
                 let pixel = &mut self.pixels[y * self.width + x];
-                *pixel = mix(*pixel, color, alpha.round() as u8);
+                if distance <= inner {
+                    *pixel = color;
+                } else {
+                    let alpha = (thickness / 2.0 + 0.5 - distance.sqrt()).clamp(0.0, 1.0) * 255.0;
+                    *pixel = mix(*pixel, color, alpha.round() as u8);
+                }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Letters as small grey pictures: each is drawn once a size, at whole pixels, and kept.
+//! Letters as small grey pictures: each is drawn once a size, at whole pixels, and kept. A window has few sizes.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ pub struct Glyph {
 pub struct Font {
     font: FontRef<'static>,
     size_px: u32,
-    glyphs: HashMap<char, Glyph>,
+    glyphs: HashMap<(u32, char), Glyph>,
 }
 
 impl Font {
@@ -40,12 +40,9 @@ impl Font {
         }
     }
 
-    /// Changes the size; letters of another one are forgotten.
+    /// Changes the size. Letters of the others are kept: one picture has panels of several sizes.
     pub fn resize(&mut self, size_px: u32) {
-        if self.size_px != size_px {
-            self.size_px = size_px;
-            self.glyphs.clear();
-        }
+        self.size_px = size_px;
     }
 
     /// Width of a letter and height of a line, in pixels.
@@ -68,39 +65,36 @@ impl Font {
 
     /// The picture of `c`; empty for a blank.
     pub fn glyph(&mut self, c: char) -> &Glyph {
-        if !self.glyphs.contains_key(&c) {
-            let glyph = self.draw(c);
-            self.glyphs.insert(c, glyph);
-        }
-        &self.glyphs[&c]
+        let (font, size_px) = (&self.font, self.size_px);
+        let glyph = self.glyphs.entry((size_px, c));
+        glyph.or_insert_with(|| draw(font, size_px, c))
     }
+}
 
-    fn draw(&self, c: char) -> Glyph {
-        let baseline = self.font.as_scaled(scale_of(self.size_px)).ascent().round();
-        let placed = self
-            .font
-            .glyph_id(c)
-            .with_scale_and_position(scale_of(self.size_px), point(0.0, baseline));
-        let Some(outline) = self.font.outline_glyph(placed) else {
-            return Glyph::default();
-        };
-        let bounds = outline.px_bounds();
-        let mut glyph = Glyph {
-            left: bounds.min.x as i32,
-            top: bounds.min.y as i32,
-            width: bounds.width() as i32,
-            height: bounds.height() as i32,
-            coverage: Vec::new(),
-        };
-        let pixels = usize::try_from(glyph.width * glyph.height).unwrap_or(0);
-        glyph.coverage.resize(pixels, 0);
-        outline.draw(|x, y, coverage| {
-            // x and y lie inside the bounds; the cast saturates.
-            glyph.coverage[(y as i32 * glyph.width + x as i32) as usize] =
-                (coverage * 255.0).round() as u8;
-        });
-        glyph
-    }
+fn draw(font: &FontRef<'_>, size_px: u32, c: char) -> Glyph {
+    let baseline = font.as_scaled(scale_of(size_px)).ascent().round();
+    let placed = font
+        .glyph_id(c)
+        .with_scale_and_position(scale_of(size_px), point(0.0, baseline));
+    let Some(outline) = font.outline_glyph(placed) else {
+        return Glyph::default();
+    };
+    let bounds = outline.px_bounds();
+    let mut glyph = Glyph {
+        left: bounds.min.x as i32,
+        top: bounds.min.y as i32,
+        width: bounds.width() as i32,
+        height: bounds.height() as i32,
+        coverage: Vec::new(),
+    };
+    let pixels = usize::try_from(glyph.width * glyph.height).unwrap_or(0);
+    glyph.coverage.resize(pixels, 0);
+    outline.draw(|x, y, coverage| {
+        // x and y lie inside the bounds; the cast saturates.
+        glyph.coverage[(y as i32 * glyph.width + x as i32) as usize] =
+            (coverage * 255.0).round() as u8;
+    });
+    glyph
 }
 
 fn scale_of(size_px: u32) -> PxScale {
@@ -122,10 +116,13 @@ mod tests {
     }
 
     #[test]
-    fn another_size_draws_anew() {
+    fn letters_of_every_size_are_drawn_once() {
         let mut font = Font::new(12);
         let small = font.glyph('g').clone();
         font.resize(24);
         assert!(font.glyph('g').height > small.height);
+        font.resize(12);
+        assert!(font.glyphs.contains_key(&(12, 'g')));
+        assert_eq!(*font.glyph('g'), small);
     }
 }

@@ -122,9 +122,11 @@ impl Overlay {
             self.divider(canvas, column);
         }
         let mut room = Room::new(extent(canvas));
-        // The sheet may need all the room: where it stands there is nothing but what is urgent.
-        let bar = wish.bar.as_ref().filter(|_| !wish.sheet);
-        if !wish.sheet {
+        // The sheet may need all the room: where it stands there is nothing else, and where something is urgent there is
+        // no sheet.
+        let sheet = wish.sheet && told.board.is_none() && wish.question.is_none();
+        let bar = wish.bar.as_ref().filter(|_| !sheet);
+        if !sheet {
             for &place in &wish.marks {
                 self.mark(canvas, place);
             }
@@ -158,7 +160,7 @@ impl Overlay {
             }
         }
         let message = wish.message.iter().map(|text| Line::new("", text));
-        if wish.sheet {
+        if sheet {
             let mut sheet = self.sheet.clone();
             sheet.splice(..wish.message.iter().len(), message);
             add(sheet, Place::Middle);

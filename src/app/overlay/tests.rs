@@ -179,6 +179,36 @@ fn a_message_covers_no_line_of_the_sheet() {
 }
 
 #[test]
+fn an_error_and_a_question_are_drawn_instead_of_the_sheet() {
+    let mut overlay = overlay(1.0);
+    let board = [Line::new("", "scene.txt:1:5: expected a number")];
+    let mut drawn = |sheet: bool, board: Option<&[Line]>, question: Option<&str>| {
+        let wish = OverlayWish {
+            sheet,
+            question: question.map(str::to_owned),
+            ..OverlayWish::default()
+        };
+        let told = Told {
+            board,
+            ..Told::default()
+        };
+        let mut pixels = vec![WHITE; 640 * 480];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 640,
+            height: 480,
+        };
+        overlay.draw(&mut canvas, &wish, &told);
+        pixels
+    };
+    for (board, question) in [(Some(&board[..]), None), (None, Some("really?"))] {
+        let alone = drawn(false, board, question);
+        assert!(drawn(true, board, question) == alone);
+    }
+    assert!(drawn(true, None, None) != drawn(false, None, None));
+}
+
+#[test]
 fn the_whole_sheet_fits_in_the_default_window() {
     let mut overlay = overlay(1.0);
     let sheet = overlay.sheet.clone();

@@ -18,6 +18,7 @@ fn moment(start: Instant, ms: u64) -> Moment {
     Moment {
         at: start + Duration::from_millis(ms),
         interval: INTERVAL,
+        told_when: false,
         turning: false,
         frame_time: None,
         must_be_fine: false,
@@ -93,6 +94,29 @@ fn what_a_hand_asks_for_waits_for_half_of_a_refresh_at_most() {
     assert_eq!(step.order.expect("in time").wish, wish(3));
     // What moves by itself keeps the screen's rate.
     assert_eq!(pace.step(wish(4), &moment(start, 20)).order, None);
+}
+
+#[test]
+fn where_the_window_system_keeps_the_rate_ours_does_not() {
+    let (mut pace, start) = pace();
+    let told = |ms| Moment {
+        told_when: true,
+        ..moment(start, ms)
+    };
+    pace.step(wish(1), &told(0));
+    assert_eq!(pace.step(wish(2), &told(3)).order, None);
+    let order = pace.step(wish(2), &told(16)).order;
+    assert_eq!(order.expect("before our own refresh").wish, wish(2));
+}
+
+#[test]
+fn what_was_ordered_before_a_rest_is_ordered_again() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, ms| pace.step(wish(1), &moment(start, ms)).order;
+    let first = ordered(&mut pace, 0);
+    assert_eq!(ordered(&mut pace, 50), None);
+    pace.rest();
+    assert_eq!(ordered(&mut pace, 9000), first);
 }
 
 /// Moves a slow scene until its pictures are coarse; the last wish is `wish(99)`, at 1000 ms.
@@ -204,6 +228,54 @@ fn a_better_tree_has_what_stands_ordered_once_more() {
         assert_eq!(step.order.expect("again").wish, wish(1));
         assert_eq!(pace.step(wish(1), &moment(start, ms + 1)).order, None);
     }
+}
+
+#[test]
+fn a_better_tree_does_not_begin_anew_with_what_is_refined() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, ms| pace.step(wish(1), &moment(start, ms)).order;
+    let order = ordered(&mut pace, 0).expect("the first");
+    let coarse = picture(&order, 90);
+    let fine = Picture {
+        samples: order.samples,
+        ..picture(&order, 90)
+    };
+    assert!(coarse.is_coarser_than(&fine) && !fine.is_coarser_than(&coarse));
+    // In the middle of it: all samples once more, but what has fewer than there are is not shown.
+    pace.took(&coarse, Duration::ZERO);
+    pace.improved(false);
+    let again = ordered(&mut pace, 10).expect("again");
+    assert_eq!(again.samples, order.samples);
+    assert!(picture(&again, 9).is_coarser_than(&fine));
+    // At the end of it: once, to learn what it takes.
+    pace.took(&fine, Duration::ZERO);
+    pace.improved(false);
+    let again = ordered(&mut pace, 20).expect("again");
+    assert_eq!(again.samples, Samples::ONE);
+    pace.took(&picture(&again, 9), Duration::ZERO);
+    assert_eq!(ordered(&mut pace, 30), None);
+    // What looks different is another picture.
+    pace.improved(true);
+    let other = ordered(&mut pace, 40).expect("another");
+    assert_eq!(other.samples, order.samples);
+    assert!(!picture(&other, 9).is_coarser_than(&fine));
+}
+
+#[test]
+fn a_refined_picture_that_comes_back_is_refined_again() {
+    let (mut pace, start) = pace();
+    let ordered = |pace: &mut Pace, width, ms| pace.step(wish(width), &moment(start, ms)).order;
+    let order = ordered(&mut pace, 1, 0).expect("the first");
+    let fine = Picture {
+        samples: order.samples,
+        ..picture(&order, 3)
+    };
+    pace.took(&fine, Duration::ZERO);
+    let other = ordered(&mut pace, 2, 100).expect("another");
+    pace.took(&picture(&other, 3), Duration::ZERO);
+    ordered(&mut pace, 1, 200).expect("on the way");
+    let back = ordered(&mut pace, 1, 300).expect("what stands");
+    assert_eq!(back.samples, order.samples);
 }
 
 #[test]

@@ -146,6 +146,24 @@ fn another_order_ends_a_refinement() {
 }
 
 #[test]
+fn a_rest_ends_a_refinement_until_the_next_order() {
+    let (painter, notices) = painter();
+    let order = Order {
+        samples: Samples::MAX,
+        moving: false,
+        ..order(3000)
+    };
+    painter.order(order);
+    next_picture(&notices);
+    painter.rest();
+    let quiet = Duration::from_millis(200);
+    let late = std::iter::from_fn(|| notices.recv_timeout(quiet).ok());
+    assert!(late.count() < 6, "all of it was painted");
+    painter.order(order);
+    assert_eq!(next_picture(&notices).samples, Samples::ONE);
+}
+
+#[test]
 fn coarse_pictures_show_the_middles_of_their_pixels() {
     let (painter, notices) = painter();
     // Three window pixels a pixel: the middle is a window pixel's middle.

@@ -93,10 +93,10 @@ impl ApplicationHandler<Message> for Viewer {
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             WindowEvent::Resized(size) => self.resized(size),
             WindowEvent::Occluded(occluded) => self.occluded(occluded),
-            WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
-                self.overlay.set_scale_factor(scale_factor);
-                self.state.set_scale_factor(scale_factor);
-            }
+            WindowEvent::ScaleFactorChanged {
+                scale_factor,
+                inner_size_writer,
+            } => self.rescaled(scale_factor, inner_size_writer),
             WindowEvent::Focused(false) => {
                 self.hold(Held::Nothing);
                 let action = self.input.focus_lost();
@@ -163,10 +163,10 @@ impl ApplicationHandler<Message> for Viewer {
         self.note_settled();
         let round = self.run_kiosk(event_loop);
         let due = self.order();
-        self.refresh_overlay();
         let wake = [
             round,
             due,
+            self.refresh_overlay(),
             self.opener.wake(Instant::now()),
             self.next_change(),
         ];

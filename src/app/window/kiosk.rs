@@ -46,7 +46,7 @@ impl Viewer {
             }
         }
         let kiosk = self.kiosk.as_ref()?;
-        let Stage::Running(screen) = &self.stage else {
+        let Stage::Running(screen) = &mut self.stage else {
             return None;
         };
         if !kiosk.is_fading(now) {
@@ -54,7 +54,7 @@ impl Viewer {
         }
         let due = self.redrawn + screen.interval;
         if due <= now {
-            screen.window.request_redraw();
+            screen.request_redraw();
             return Some(now + screen.interval);
         }
         Some(due)

@@ -30,8 +30,10 @@ impl Viewer {
             return;
         };
         let picture = self.picture.as_deref();
+        self.redrawn = Instant::now();
         let figures = if self.drawn.0.statistics {
-            let mut lines = self.statistics.lines(picture, self.state.frame());
+            let frame = self.state.frame();
+            let mut lines = self.statistics.lines(picture, frame, self.redrawn);
             lines.extend(picture.map(fineness));
             lines.push(self.pace.latencies.line());
             lines.extend(self.opener.improvement());
@@ -44,7 +46,6 @@ impl Viewer {
         let labels = wish
             .filter(|_| self.state.may_overlay())
             .and_then(|wish| slow.labels(wish, self.side_times));
-        self.redrawn = Instant::now();
         // Before the first picture there is a board to be read.
         let kiosk = self.kiosk.as_ref().filter(|_| picture.is_some());
         let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
@@ -73,12 +74,13 @@ impl Viewer {
         if std::mem::take(&mut self.is_new)
             && let Some(picture) = &self.picture
         {
-            self.pace.shown(picture, Instant::now());
-            self.statistics.count(self.now(), self.present);
+            let now = Instant::now();
+            self.pace.shown(picture, now);
+            self.statistics.count(now, self.present);
         }
     }
 
-    /// A picture came: the one before goes back to the render thread.
+    /// A picture came: the one before goes back to the render thread, or this one where it shows less of the same.
     pub(super) fn take_picture(&mut self, picture: Box<Picture>) {
         self.is_awaited = false;
         if !self.pace.is_of_scene(&picture) {
@@ -93,6 +95,10 @@ impl Viewer {
         self.pace.took(&picture, self.present);
         if picture.samples == Samples::ONE {
             self.side_times = picture.side_times;
+        }
+        let old = self.picture.as_deref();
+        if old.is_some_and(|old| picture.is_coarser_than(old)) {
+            return self.painter.give_back(picture.frame);
         }
         if let Some(old) = self.picture.replace(picture) {
             self.painter.give_back(old.frame);
@@ -146,6 +152,30 @@ impl Viewer {
 
     /// Orders the picture that the state wants, when it is time for it. Returns when to come back for that.
     pub(super) fn order(&mut self) -> Option<Instant> {
+        let now = Instant::now();
+        let unseen_at = match &self.stage {
+            Stage::Running(screen) => screen.unseen_at(),
+            Stage::Waiting | Stage::Suspended(_) => Some(now),
+        };
+        if unseen_at.is_some_and(|at| at <= now) {
+            self.rest();
+            return None;
+        }
+        let due = self.order_at(now);
+        due.into_iter().chain(unseen_at).min()
+    }
+
+    /// Nobody sees the window: no picture is rendered. What was begun goes on when it is seen again; one of what moves
+    /// is finished.
+    fn rest(&mut self) {
+        self.slow.rest();
+        if !self.is_awaited {
+            self.painter.rest();
+            self.pace.rest();
+        }
+    }
+
+    fn order_at(&mut self, now: Instant) -> Option<Instant> {
         let Stage::Running(screen) = &self.stage else {
             return None;
         };
@@ -156,8 +186,9 @@ impl Viewer {
         }
         let time_moves = self.session.time_moves();
         let moment = Moment {
-            at: Instant::now(),
+            at: now,
             interval: screen.interval,
+            told_when: screen.tells_when,
             // While a script's time stands, so does the picture.
             turning: time_moves && self.state.is_turning(),
             frame_time: self.state.frame_time().filter(|_| time_moves),
@@ -173,11 +204,16 @@ impl Viewer {
         step.wake
     }
 
-    /// Asks for a redraw where what is drawn over the picture is not what should be.
-    pub(super) fn refresh_overlay(&mut self) {
-        if self.drawn != self.wanted_overlay() {
+    /// Asks for a redraw where what is drawn over the picture is not what should be. Returns when to look again.
+    pub(super) fn refresh_overlay(&mut self) -> Option<Instant> {
+        // The figures tell once that nothing moves any more.
+        let stands_at = self.statistics.stands_at();
+        let stands_at = stands_at.filter(|&at| self.drawn.0.statistics && self.redrawn < at);
+        let is_due = stands_at.is_some_and(|at| at <= Instant::now());
+        if is_due || self.drawn != self.wanted_overlay() {
             self.stage.request_redraw();
         }
+        stands_at.filter(|_| !is_due)
     }
 }
 

@@ -25,6 +25,11 @@ pub(super) enum Held {
 impl Viewer {
     /// Plays the lines of the script that are due.
     pub(super) fn play_script(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some((width, height)) = self.session.give_up_size(self.real()) {
+            self.tell(&format!(
+                "the window does not take the size {width}x{height}: the session goes on without"
+            ));
+        }
         // Time begins with the first picture, but actions need only the scene.
         while self.opener.has_scene()
             && !event_loop.exiting()

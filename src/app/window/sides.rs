@@ -77,6 +77,15 @@ impl SlowSides {
         }
     }
 
+    /// Asks for nothing, until the next order; what there is stays.
+    pub(super) fn rest(&mut self) {
+        for (companion, ordered) in self.companions.iter().zip(&mut self.ordered) {
+            if ordered.take().is_some() {
+                companion.order(None);
+            }
+        }
+    }
+
     fn tasks(&self, wish: &Wish) -> [Option<Task>; 2] {
         let task = |side: Side| Task {
             scene: self.scene,

@@ -12,7 +12,7 @@ mod x86;
 pub use fearless_simd::prelude::*;
 use fearless_simd::{Fallback, Level};
 
-pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x4, i32x8, u16x8, u32x4, u64x2};
+pub use fearless_simd::{Simd, f32x4, f32x8, f64x4, i32x4, i32x8, mask32x8, u16x8, u32x4, u64x2};
 
 use crate::raw;
 

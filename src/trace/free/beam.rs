@@ -13,14 +13,16 @@ use super::Ray;
 use super::block::LANES;
 use super::distances::HitRows;
 use super::look::Candidate;
-use super::ready::{Nearest, largest};
+use super::ready::Nearest;
 use super::sift::Sheet;
 use super::tree::{RayNode, RayTree};
 use super::walk::{Stack, push};
-use super::window::{MOST, Row, Window, fold, main_axes, smallest};
+use super::window::{MOST, Row, Window, main_axes};
 use crate::bvh::Child;
 use crate::frame::{Hit, MISS};
-use crate::simd::{Lanes, SimdBase, SimdFloat, SimdMask, f32x8, lanes, load, store};
+use crate::simd::{
+    Lanes, Select, SimdBase, SimdFloat, SimdMask, all_lanes, f32x8, lanes, load, store,
+};
 use crate::trace::space::ROUNDOFF;
 
 /// The steepest slope.
@@ -31,11 +33,11 @@ const NODE_WORK: usize = 3;
 const BLOCK_WORK: usize = 4;
 
 /// All rays of a window.
-const ALL: [u8; MOST] = {
+const ALL: [u32; MOST] = {
     let mut index = [0; MOST];
     let mut i = 0;
     while i < MOST {
-        index[i] = i as u8;
+        index[i] = i as u32;
         i += 1;
     }
     index
@@ -49,7 +51,7 @@ pub struct Beam {
     pub count: usize,
     pub padded: usize,
     pub origin: [Row; 3],
-    dir: [Row; 3],
+    pub dir: [Row; 3],
     /// Minus the slopes along x′ and y′.
     pub slope: [Row; 2],
     /// 1 / direction along z′.
@@ -61,7 +63,7 @@ pub struct Beam {
     pub high: Row,
     pub slot: [u32; MOST],
     /// Which ray of the window it is.
-    pub index: [u8; MOST],
+    pub index: [u32; MOST],
     pub axes: [usize; 3],
     /// 1 or −1: the sense of the rays along z′.
     pub sense: f32,
@@ -120,33 +122,58 @@ impl Beam {
             self.t_min = window.t_min;
             self.low = window.t_max;
         } else {
-            self.gather(window, members);
+            self.gather(simd, window, members, seed);
         }
         self.high = self.low;
         self.bound(simd);
     }
 
+    /// Moves the `members` together. Places that are left over repeat ray `seed`, one of them.
     #[inline(always)]
-    fn gather(&mut self, window: &Window, members: u64) {
+    fn gather<S: Lanes>(&mut self, simd: S, window: &Window, members: u64, seed: usize) {
         let [x, y, z] = self.axes;
-        let mut left = members;
-        let mut index = 0;
-        for i in 0..self.padded {
-            // Places that are left over repeat the last ray.
-            if left != 0 {
-                index = left.trailing_zeros() as usize % MOST;
-                left &= left - 1;
-            }
-            self.index[i] = index as u8;
-            self.origin[0][i] = window.origin[x][index];
-            self.origin[1][i] = window.origin[y][index];
-            self.origin[2][i] = window.origin[z][index];
-            self.dir[0][i] = window.dir[x][index];
-            self.dir[1][i] = window.dir[y][index];
-            self.dir[2][i] = window.dir[z][index];
-            self.t_min[i] = window.t_min[index];
-            self.low[i] = window.t_max[index];
+        // Row by row: where from, where to. No loop over them: it may not be unrolled.
+        macro_rules! each_row {
+            ($work:ident) => {
+                $work!(window.origin[x], self.origin[0]);
+                $work!(window.origin[y], self.origin[1]);
+                $work!(window.origin[z], self.origin[2]);
+                $work!(window.dir[x], self.dir[0]);
+                $work!(window.dir[y], self.dir[1]);
+                $work!(window.dir[z], self.dir[2]);
+                $work!(window.t_min, self.t_min);
+                $work!(window.t_max, self.low);
+            };
         }
+        let mut end = 0;
+        for at in (0..MOST).step_by(lanes::<S>()) {
+            let of_vector = members >> at & u64::from(all_lanes::<S>());
+            if of_vector == 0 {
+                continue;
+            }
+            let mask = S::mask32s::from_bitmask(simd, of_vector);
+            // Never beyond the row: no more of them than went by before.
+            macro_rules! together {
+                ($from:expr, $to:expr) => {
+                    store::<S>(load(simd, &$from, at).compress(mask), &mut $to, end)
+                };
+            }
+            each_row!(together);
+            let numbers = S::u32s::from_slice(simd, &ALL[at..at + lanes::<S>()]);
+            numbers
+                .compress(mask)
+                .store_slice(&mut self.index[end..end + lanes::<S>()]);
+            end += of_vector.count_ones() as usize;
+        }
+        let last = self.padded - lanes::<S>();
+        let used = S::mask32s::from_bitmask(simd, (1 << (self.count - last)) - 1);
+        macro_rules! pad {
+            ($from:expr, $to:expr) => {
+                let pad = S::f32s::splat(simd, $from[seed % MOST]);
+                store::<S>(used.select(load(simd, &$to, last), pad), &mut $to, last);
+            };
+        }
+        each_row!(pad);
     }
 
     /// Finds slopes and planes.
@@ -173,12 +200,12 @@ impl Beam {
             store::<S>(inverse, &mut self.inverse, at);
             store::<S>(z.abs(), &mut self.stride, at);
         }
-        let [z_low, z_high] = [fold::<S>(least[2], smallest), fold::<S>(most[2], largest)];
+        let [z_low, z_high] = [least[2].reduce_min(), most[2].reduce_max()];
         self.depths = [z_low - self.slack, z_high + self.slack];
         self.zeta = (z_low + z_high) * 0.5;
         let zeta = S::f32s::splat(simd, self.zeta);
         for k in 0..2 {
-            let slopes = [fold::<S>(least[k], smallest), fold::<S>(most[k], largest)];
+            let slopes = [least[k].reduce_min(), most[k].reduce_max()];
             let [s0, s1] = if self.sense > 0.0 {
                 slopes
             } else {
@@ -199,14 +226,14 @@ impl Beam {
             }
             // No closure for each of the three: it may not be inlined.
             let low = [
-                fold::<S>(low[0], smallest),
-                fold::<S>(low[1], smallest),
-                fold::<S>(low[2], smallest),
+                low[0].reduce_min(),
+                low[1].reduce_min(),
+                low[2].reduce_min(),
             ];
             let high = [
-                fold::<S>(high[0], largest),
-                fold::<S>(high[1], largest),
-                fold::<S>(high[2], largest),
+                high[0].reduce_max(),
+                high[1].reduce_max(),
+                high[2].reduce_max(),
             ];
             let near_bounds = [low[0] - self.slack, high[0] + self.slack];
             self.sheets[k] = Sheet {
@@ -229,6 +256,7 @@ impl Beam {
                     },
                 ],
                 origins: [low[1], high[1]],
+                own: [low[2], high[2]],
             };
         }
         self.look_ahead(simd);
@@ -242,7 +270,7 @@ impl Beam {
             far = far.max(load(simd, &self.high, at) * load(simd, &self.stride, at));
         }
         // The product and the slack are rounded.
-        self.far = fold::<S>(far, largest) * (1.0 + 4.0 * ROUNDOFF) + self.slack;
+        self.far = far.reduce_max() * (1.0 + 4.0 * ROUNDOFF) + self.slack;
     }
 
     /// Finds the nearest hits of the rays that were taken, all out of the window `rays`; how much work it was, about
@@ -294,7 +322,7 @@ impl Beam {
         Some(work)
     }
 
-    /// Writes what its rays hit, all out of the window `rays`.
+    /// Writes what its rays hit, all out of the window `rays`, where they hit anything.
     #[inline(always)]
     pub fn write<S: Lanes>(&self, simd: S, tree: &RayTree, rays: &[Ray], hits: &mut [Hit]) {
         // The axes follow each other in a circle.
@@ -308,7 +336,7 @@ impl Beam {
             dir: [&self.dir[x], &self.dir[y], &self.dir[z]],
             slot: &self.slot,
         };
-        let index = |i: usize| usize::from(self.index[i % MOST]);
+        let index = |i: usize| self.index[i % MOST] as usize;
         rows.each_hit(
             simd,
             tree,
@@ -386,7 +414,9 @@ impl Beam {
                 error: sifted.errors[lane],
                 reach: sifted.reaches[lane],
             };
-            nearer |= if sifted.across >> lane & 1 != 0 {
+            nearer |= if sifted.beside >> lane & 1 != 0 && self.is_behind(simd, &this) {
+                false
+            } else if sifted.across >> lane & 1 != 0 {
                 self.pass(simd, tree, &this, rays)
             } else {
                 self.triangle(simd, tree, &this, rays)

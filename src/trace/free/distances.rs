@@ -37,7 +37,8 @@ pub struct HitRows<'a> {
 }
 
 impl HitRows<'_> {
-    /// Tells what each of the first `count` rays hits, by its number; `ray` is the ray of a number as it came.
+    /// Tells what those of the first `count` rays hit that hit anything, by their numbers; `ray` is the ray of a number as
+    /// it came.
     #[inline(always)]
     pub fn each_hit<'r, S: Lanes>(
         &self,
@@ -48,12 +49,19 @@ impl HitRows<'_> {
         mut tell: impl FnMut(usize, Hit),
     ) {
         for at in (0..count).step_by(lanes::<S>()) {
+            let slots = &self.slot[at..at + lanes::<S>()];
+            let misses = bits::<S>(S::u32s::from_slice(simd, slots).simd_eq(MISS));
+            let mut left =
+                !misses & all_lanes::<S>() & u32::MAX >> 32usize.saturating_sub(count - at);
+            if left == 0 {
+                continue;
+            }
             let (t, certain) = self.distances(simd, tree, at);
-            let slots = &self.slot[at..count.min(at + lanes::<S>())];
-            for (lane, &slot) in slots.iter().enumerate() {
-                let hit = if slot == MISS {
-                    Hit::NONE
-                } else if certain >> lane & 1 != 0 {
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize % 16;
+                left &= left - 1;
+                let slot = self.slot[(at + lane) % MOST];
+                let hit = if certain >> lane & 1 != 0 {
                     let id = tree.file_id(slot);
                     Hit { id, t: t[lane] }
                 } else {
@@ -71,9 +79,6 @@ impl HitRows<'_> {
         let slots = &self.slot[at..at + lanes::<S>()];
         let first = slots[0];
         let same = bits::<S>(S::u32s::from_slice(simd, slots).simd_eq(first)) == all_lanes::<S>();
-        if same && first == MISS {
-            return ([0.0; 16], 0);
-        }
         let row = |rows: &[&Row; 3]| {
             [
                 load(simd, rows[0], at),

@@ -3,10 +3,10 @@
 use super::Ray;
 use super::beam::{Beam, STEEP};
 use super::block::UNDERFLOW;
-use super::ready::largest;
+use super::ready::{largest, smallest};
 use super::single::settle;
 use super::tree::RayTree;
-use crate::simd::{Bytes, Lanes, Select, SimdBase, SimdFloat, bits, lanes, load, store};
+use crate::simd::{Bytes, Lanes, Select, SimdBase, SimdFloat, all_lanes, bits, lanes, load, store};
 use crate::trace::space::ROUNDOFF;
 
 /// A triangle that a beam may meet.
@@ -19,6 +19,14 @@ pub struct Candidate {
     /// See [`Sifted`](super::sift::Sifted).
     pub error: f32,
     pub reach: f32,
+}
+
+/// The plane of a [`Candidate`].
+struct Plane {
+    normal: [f32; 3],
+    /// The errors of n·(p − o), and of n·s.
+    of_whole: f32,
+    of_along: f32,
 }
 
 impl Beam {
@@ -119,12 +127,70 @@ impl Beam {
         }
     }
 
-    /// Lets all rays look at a triangle that their lines pass through; whether it is nearer for any.
+    /// A triangle's plane, and how far from it the rule's may be.
     ///
-    /// With n the normal and s the slopes, the depth of its plane is n·(p − o) / (n·s). The rule's corners are off by 2
-    /// roundings of the reach from ours, so edges by 4, and by a rounding of their own: δ, here twice that. Then n is
-    /// off by at most 4δ(e + δ), where e is the largest coordinate of the two edges, with its own roundings; p − o and
-    /// s are three numbers each, as large as `reach` and [`STEEP`].
+    /// With n the normal and s the slopes, the depth of the plane is n·(p − o) / (n·s). The rule's corners are rounded
+    /// relative to the origin, so its edges are off by 2 roundings of `reach` from ours, and by one of their own: δ, here
+    /// twice that. Then n is off by at most 4δ(e + δ), where e is the largest coordinate of the two edges, with its own
+    /// roundings; p − o is rounded as the rule does it. p − o and s are three numbers each, as large as `reach` and
+    /// [`STEEP`].
+    #[inline(always)]
+    fn plane(&self, this: &Candidate) -> Plane {
+        let edge = |corner: usize| this.corners.map(|x| x[corner] - x[0]);
+        let (p, q) = (edge(1), edge(2));
+        let longest = p.iter().chain(&q).fold(0.0, |e, x| largest(e, x.abs()));
+        let delta = (this.reach + longest) * (4.0 * ROUNDOFF);
+        // Also for the roundings of sums of three products, each less than 8 of the size of a term.
+        let off = 4.0 * delta * (longest + delta) + longest * longest * (16.0 * ROUNDOFF);
+        Plane {
+            normal: [
+                p[1] * q[2] - p[2] * q[1],
+                p[2] * q[0] - p[0] * q[2],
+                p[0] * q[1] - p[1] * q[0],
+            ],
+            of_whole: 3.0 * off * this.reach + UNDERFLOW,
+            of_along: (1.0 + 2.0 * STEEP) * off + UNDERFLOW,
+        }
+    }
+
+    /// Whether all rays start on one side of a triangle's plane and go away from it: for certain.
+    ///
+    /// So it is with what mirrors them, and with its neighbours where a surface bulges.
+    #[inline(always)]
+    pub fn is_behind<S: Lanes>(&self, simd: S, this: &Candidate) -> bool {
+        let Plane {
+            normal,
+            of_whole,
+            of_along,
+        } = self.plane(this);
+        let of_sheet = |k: usize| self.sheets[k].slopes.map(|slope| normal[k] * slope);
+        let ([x0, x1], [y0, y1]) = (of_sheet(0), of_sheet(1));
+        let least = normal[2] + (smallest(x0, x1) + smallest(y0, y1));
+        let most = normal[2] + (largest(x0, x1) + largest(y0, y1));
+        // So that n·(p − o) is above zero where a ray goes away from the plane.
+        let turned = if least > of_along {
+            -self.sense
+        } else if most < -of_along {
+            self.sense
+        } else {
+            return false;
+        };
+        let n = [
+            S::f32s::splat(simd, turned * normal[0]),
+            S::f32s::splat(simd, turned * normal[1]),
+            S::f32s::splat(simd, turned * normal[2]),
+        ];
+        let mut least = S::f32s::splat(simd, f32::INFINITY);
+        for at in (0..self.padded).step_by(lanes::<S>()) {
+            let x = S::f32s::splat(simd, this.corners[0][0]) - load(simd, &self.origin[0], at);
+            let y = S::f32s::splat(simd, this.corners[1][0]) - load(simd, &self.origin[1], at);
+            let z = S::f32s::splat(simd, this.corners[2][0]) - load(simd, &self.origin[2], at);
+            least = least.min(n[0].mul_add(x, n[1].mul_add(y, n[2] * z)));
+        }
+        bits::<S>(least.simd_gt(of_whole)) == all_lanes::<S>()
+    }
+
+    /// Lets all rays look at a triangle that their lines pass through; whether it is nearer for any.
     #[inline(always)]
     pub fn pass<S: Lanes>(
         &mut self,
@@ -138,19 +204,11 @@ impl Beam {
                 S::f32s::splat(simd, $x)
             };
         }
-        let edge = |corner: usize| this.corners.map(|x| x[corner] - x[0]);
-        let (p, q) = (edge(1), edge(2));
-        let n = [
-            p[1] * q[2] - p[2] * q[1],
-            p[2] * q[0] - p[0] * q[2],
-            p[0] * q[1] - p[1] * q[0],
-        ];
-        let longest = p.iter().chain(&q).fold(0.0, |e, x| largest(e, x.abs()));
-        let delta = self.slack * 0.125 + longest * (4.0 * ROUNDOFF);
-        // Also for the roundings of the sums below, each less than 8 of the size of a term.
-        let off = 4.0 * delta * (longest + delta) + longest * longest * (16.0 * ROUNDOFF);
-        let of_whole = 3.0 * off * this.reach + UNDERFLOW;
-        let of_along = (1.0 + 2.0 * STEEP) * off + UNDERFLOW;
+        let Plane {
+            normal: n,
+            of_whole,
+            of_along,
+        } = self.plane(this);
         let n = [splat!(n[0]), splat!(n[1]), splat!(n[2])];
         let p = this.corners.map(|x| x[0]);
         let mut nearer = false;
@@ -164,14 +222,14 @@ impl Beam {
                 load(simd, &self.slope[1], at),
             );
             let along = n[2] - n[0].mul_add(sx, n[1] * sy);
-            let (whole_off, along_off) = (
-                splat!(of_whole) / whole.abs(),
-                splat!(of_along) / along.abs(),
-            );
-            let certain = whole_off.max(along_off).simd_lt(0.25);
-            let t = whole / along * load(simd, &self.inverse, at);
-            let margin = (whole_off + along_off).mul_add(splat!(2.0), splat!(8.0 * ROUNDOFF));
-            let margin = t.abs() * margin;
+            let certain = whole.abs().simd_gt(4.0 * of_whole) & along.abs().simd_gt(4.0 * of_along);
+            // One division: off by the errors of whole and along, each by its part.
+            let inverse_along = splat!(1.0) / along;
+            let (z, inverse) = (whole * inverse_along, load(simd, &self.inverse, at));
+            let off = splat!(of_along).mul_add(z.abs(), splat!(of_whole)) * inverse_along.abs();
+            let margin = off.mul_add(splat!(2.0), z.abs() * splat!(8.0 * ROUNDOFF));
+            let t = z * inverse;
+            let margin = margin * inverse.abs();
             let (low, high) = (t - margin, t + margin);
             let sure = certain & t.simd_gt(0.0);
             let (wins, open) = self.compare(simd, at, sure, low, high);
@@ -234,7 +292,7 @@ impl Beam {
             if open >> (i - at) & 1 == 0 {
                 continue;
             }
-            let ray = &rays[usize::from(self.index[i])];
+            let ray = &rays[self.index[i] as usize];
             let nearest = settle(tree, ray, self.nearest(i), slot);
             (self.low[i], self.high[i]) = (nearest.low, nearest.high);
             nearer |= self.slot[i] != nearest.slot;

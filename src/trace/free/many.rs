@@ -137,6 +137,7 @@ impl Company {
             self.pause -= 1;
             return 0;
         }
+        hits.fill(Hit::NONE);
         let trial = self.windows % 2;
         let spread = self.spread * [1.0 / STEP, STEP][trial];
         let (mut done, mut work) = (0u64, 0);

@@ -64,6 +64,11 @@ pub fn largest(a: f32, b: f32) -> f32 {
 }
 
 #[inline(always)]
+pub fn smallest(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
 pub fn largest_of(v: Vec3) -> f32 {
     largest(v.x, largest(v.y, v.z))
 }

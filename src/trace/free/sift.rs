@@ -14,7 +14,7 @@
 
 use super::beam::{Beam, STEEP};
 use super::block::{Block, LANES, UNDERFLOW, error};
-use crate::simd::{Lanes, SimdBase, SimdFloat, SimdMask, f32x8};
+use crate::simd::{Lanes, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 use crate::trace::space::ROUNDOFF;
 
 /// Edges are looked at in blocks with a triangle that is wider than the beam by this factor.
@@ -34,6 +34,8 @@ pub struct Sheet {
     pub ahead: [f32; 2],
     /// All origins' own x − slope·(z − ζ).
     pub origins: [f32; 2],
+    /// All origins' x.
+    pub own: [f32; 2],
 }
 
 /// What a beam finds out about a block.
@@ -43,6 +45,8 @@ pub struct Sifted {
     pub met: u32,
     /// Those that the lines of all rays are certain to pass through.
     pub across: u32,
+    /// Those that rays may start on, or next to, and one ray at least goes away from: worth asking whether all do.
+    pub beside: u32,
     /// For each a bound of the errors of all rays, E of [`super::block`].
     pub errors: [f32; LANES],
     /// No ray sees a corner farther away than this, in any coordinate.
@@ -82,6 +86,7 @@ impl Beam {
             (splat!(o_low) - z_high, z_low.simd_le(o_high))
         };
         met &= near.simd_le(self.far);
+        let mut beside = z_low.simd_le(o_high) & z_high.simd_ge(o_low);
         let depth = (z_high - splat!(o_low)).max(splat!(o_high) - z_low);
         let zeta = splat!(self.zeta);
         let z = [z[0] - zeta, z[1] - zeta, z[2] - zeta];
@@ -93,8 +98,10 @@ impl Beam {
                 let (s0, s1) = (splat!(-sheet.slopes[0]), splat!(-sheet.slopes[1]));
                 let (o_low, o_high) = (splat!(sheet.origins[0]), splat!(sheet.origins[1]));
                 let x = [row!(0, $axis), row!(1, $axis), row!(2, $axis)];
-                met &= x[0].max(x[1]).max(x[2]).simd_ge(sheet.ahead[0])
-                    & x[0].min(x[1]).min(x[2]).simd_le(sheet.ahead[1]);
+                let x_low = x[0].min(x[1]).min(x[2]);
+                let x_high = x[0].max(x[1]).max(x[2]);
+                met &= x_high.simd_ge(sheet.ahead[0]) & x_low.simd_le(sheet.ahead[1]);
+                beside &= x_high.simd_ge(sheet.own[0]) & x_low.simd_le(sheet.own[1]);
                 let a = [
                     s0.mul_add(z[0], x[0]),
                     s0.mul_add(z[1], x[1]),
@@ -118,18 +125,24 @@ impl Beam {
         }
         let x = see!(ax, &self.sheets[0]);
         let y = see!(ay, &self.sheets[1]);
+        beside &= met;
+        if beside.to_bitmask() != 0 {
+            let x = [row!(0, ax), row!(1, ax), row!(2, ax)];
+            let y = [row!(0, ay), row!(1, ay), row!(2, ay)];
+            beside &= self.first_leaves(simd, x, y, z);
+        }
         let size = size + splat!(self.slack);
         let steep = depth * splat!(STEEP);
         let mut sifted = Sifted {
-            met: 0,
+            met: met.to_bitmask() as u32,
             across: 0,
+            beside: beside.to_bitmask() as u32,
             errors: [0.0; LANES],
             reaches: [0.0; LANES],
         };
         error(simd, size, steep).store_array(&mut sifted.errors);
         (size + steep).store_array(&mut sifted.reaches);
         if (met & wide).to_bitmask() == 0 {
-            sifted.met = met.to_bitmask() as u32;
             return sifted;
         }
         macro_rules! spread {
@@ -184,5 +197,34 @@ impl Beam {
         sifted.met = met.to_bitmask() as u32;
         sifted.across = ((all_up | all_down) & met).to_bitmask() as u32;
         sifted
+    }
+
+    /// Whether the first ray seems to go away from each triangle's plane. z is less ζ.
+    #[inline(always)]
+    fn first_leaves<S: Lanes>(
+        &self,
+        simd: S,
+        x: [f32x8<S>; 3],
+        y: [f32x8<S>; 3],
+        z: [f32x8<S>; 3],
+    ) -> mask32x8<S> {
+        macro_rules! splat {
+            ($x:expr) => {
+                f32x8::splat(simd, $x)
+            };
+        }
+        let (px, py, pz) = (x[1] - x[0], y[1] - y[0], z[1] - z[0]);
+        let (qx, qy, qz) = (x[2] - x[0], y[2] - y[0], z[2] - z[0]);
+        let nx = py.mul_sub(qz, pz * qy);
+        let ny = pz.mul_sub(qx, px * qz);
+        let nz = px.mul_sub(qy, py * qx);
+        let x = x[0] - splat!(self.origin[0][0]);
+        let y = y[0] - splat!(self.origin[1][0]);
+        let z = z[0] - splat!(self.origin[2][0] - self.zeta);
+        let whole = nx.mul_add(x, ny.mul_add(y, nz * z));
+        let [x, y, z] = [&self.dir[0], &self.dir[1], &self.dir[2]];
+        let (x, y, z) = (splat!(x[0]), splat!(y[0]), splat!(z[0]));
+        let along = nx.mul_add(x, ny.mul_add(y, nz * z));
+        (whole * along).simd_lt(0.0)
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Ray;
 use super::frame::{TAME_DIR, TAME_SCENE};
-use super::ready::{AXES, Extent, largest, largest_of};
+use super::ready::{AXES, Extent, largest_of};
 use crate::simd::{Lanes, SimdBase, bits, f32x4, lanes, load, transpose4};
 
 /// Rays of a window at most.
@@ -127,7 +127,7 @@ impl Window {
             self.tame |= u64::from(bits::<S>(tame)) << at;
         }
         self.tame &= u64::MAX >> (MOST - self.count);
-        self.reach = fold::<S>(farthest, largest);
+        self.reach = farthest.reduce_max();
     }
 
     /// The direction of ray `i`.
@@ -164,25 +164,4 @@ impl Window {
         }
         members & self.tame
     }
-}
-
-/// The smaller number, without a thought for what is none.
-#[inline(always)]
-pub fn smallest(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// All lanes as one number.
-#[inline(always)]
-pub fn fold<S: Lanes>(lanes_of: S::f32s, both: fn(f32, f32) -> f32) -> f32 {
-    let mut all = [0.0; 16];
-    lanes_of.store_slice(&mut all[..lanes::<S>()]);
-    let mut half = lanes::<S>() / 2;
-    while half > 0 {
-        for i in 0..half {
-            all[i] = both(all[i], all[i + half]);
-        }
-        half /= 2;
-    }
-    all[0]
 }

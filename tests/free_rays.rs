@@ -209,6 +209,34 @@ fn rays_that_leave_plane_mirrors_hit_what_every_triangle_says() {
 }
 
 #[test]
+fn beams_that_start_on_and_beside_a_surface_hit_what_every_triangle_says() {
+    for seed in 0..4 {
+        let mut random = Random::new(600 + seed);
+        let triangles = ball(&mut random, 6, 0.1, Vec3::splat(seed as f32));
+        let world = World::compile(&scene(triangles.clone()));
+        let mut rays = Vec::new();
+        for _ in 0..60 {
+            let t = &triangles[random.below(triangles.len() as u32) as usize];
+            let normal = raybomb::geometry::unit_normal(t).as_vec3();
+            let along = (t[1] - t[0]).normalize();
+            // How far off the surface all start, and how steeply they leave it: some of a beam may come back.
+            let off = [0.0, 1e-7, 1e-5, 1e-2][random.below(4) as usize] * (random.unit() - 0.5);
+            let steep = [1.0, 0.2, 0.02, 0.0][random.below(4) as usize] * (random.unit() - 0.3);
+            for _ in 0..64 {
+                let (a, b) = (random.unit(), random.unit());
+                let on_it = t[0] + (t[1] - t[0]) * a + (t[2] - t[0]) * b * (1.0 - a);
+                rays.push(Ray::new(
+                    on_it + normal * off,
+                    along + normal * steep + random.point() * 0.03,
+                ));
+            }
+        }
+        let hits = compare(&format!("the surface of seed {seed}"), &world, &rays);
+        assert!(hit_count(&hits) > 400 && hit_count(&hits) < rays.len() - 400);
+    }
+}
+
+#[test]
 fn parallel_rays_through_corners_and_along_edges_hit_what_every_triangle_says() {
     for seed in 0..6 {
         let mut random = Random::new(400 + seed);

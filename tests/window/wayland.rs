@@ -60,6 +60,15 @@ impl<'a> Compositor<'a> {
         self.open(&[&["--size", "640x480"], options].concat())
     }
 
+    /// The same, played by a script; its first picture is on the screen, and it has printed a line.
+    fn scripted(&self) -> Viewer<'a> {
+        let mut viewer = self.view(&["--play-actions", "-"]);
+        viewer.tell("settle");
+        viewer.prints(0);
+        self.shows(&self.desk.render(&[]), "at start");
+        viewer
+    }
+
     fn open(&self, options: &[&str]) -> Viewer<'a> {
         self.open_file("scene.txt", options)
     }
@@ -116,10 +125,7 @@ fn settled_pictures_are_on_the_screen_to_the_bit() {
     let Some(compositor) = Compositor::start(&desk) else {
         return;
     };
-    let mut viewer = compositor.view(&["--play-actions", "-"]);
-    viewer.tell("settle");
-    viewer.prints(0);
-    compositor.shows(&desk.render(&[]), "at start");
+    let mut viewer = compositor.scripted();
     for (i, (width, height)) in [(500, 300), (31, 20), (320, 240)].into_iter().enumerate() {
         viewer.tell(&format!("next-view\nresize {width} {height}\nsettle"));
         let told: Value = serde_json::from_str(&viewer.prints(i + 1)).expect("JSON");
@@ -156,10 +162,7 @@ fn a_window_that_no_picture_is_taken_of_rests_and_comes_back_right() {
     let Some(compositor) = Compositor::start(&desk) else {
         return;
     };
-    let mut viewer = compositor.view(&["--play-actions", "-"]);
-    viewer.tell("settle");
-    viewer.prints(0);
-    compositor.shows(&desk.render(&[]), "at start");
+    let mut viewer = compositor.scripted();
     // A compositor that does nothing sends no frame callbacks, as for a minimised window.
     compositor.signal("STOP");
     viewer.tell(&"next-view\nwait 0.1\n".repeat(6));

@@ -5,7 +5,7 @@ use crate::color::Rgb;
 use crate::geometry::Aabb;
 use crate::render::Settings;
 use crate::scene::{CameraSetting, Scene, Triangle};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, channel, sync_channel};
 use std::time::Duration;
 
 fn order(width: usize) -> Order {
@@ -37,8 +37,10 @@ fn world() -> Arc<World> {
     }))
 }
 
+/// The thread waits until what it tells is taken: however slow a test is, it sees each notice before the next but one
+/// is made.
 fn painter() -> (Painter, Receiver<Notice>) {
-    let (send, receive) = channel();
+    let (send, receive) = sync_channel(0);
     let renderer = Renderer::new(1).expect("one thread");
     let painter = Painter::start(renderer, move |n| {
         let _ = send.send(n);
@@ -142,7 +144,7 @@ fn another_order_ends_a_refinement() {
     let others: Vec<_> = std::iter::repeat_with(|| next_picture(&notices))
         .take_while(|p| p.frame.width != 20)
         .collect();
-    assert!(others.len() < 6, "all of it was painted");
+    assert!(others.len() < 2, "{} came first", others.len());
 }
 
 #[test]
@@ -158,7 +160,7 @@ fn a_rest_ends_a_refinement_until_the_next_order() {
     painter.rest();
     let quiet = Duration::from_millis(200);
     let late = std::iter::from_fn(|| notices.recv_timeout(quiet).ok());
-    assert!(late.count() < 6, "all of it was painted");
+    assert!(late.count() < 2, "it went on");
     painter.order(order);
     assert_eq!(next_picture(&notices).samples, Samples::ONE);
 }
@@ -250,7 +252,7 @@ fn a_question_does_not_wait_for_a_refinement_which_then_goes_on() {
         }
     }
     assert_eq!(samples, [2, 4, 8, 16, 32, 64]);
-    assert!(answered_at.is_some_and(|at| at < 6), "{answered_at:?}");
+    assert!(answered_at.is_some_and(|at| at < 2), "{answered_at:?}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Letters as small grey pictures: each is drawn once a size, at whole pixels, and kept. A window has few sizes.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use ab_glyph::{Font as _, FontRef, PxScale, ScaleFont, point};
 
-/// A letter as coverage, 0 to 255.
+/// A letter as coverage.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Glyph {
     /// Pixels from the cell's left border.
@@ -15,8 +15,18 @@ pub struct Glyph {
     pub width: i32,
     /// Rows.
     pub height: i32,
-    /// `width * height` values.
-    pub coverage: Vec<u8>,
+    /// How much is covered, 0 to 256, of eight pixels of a row. The last ones of a row may lie beyond the letter.
+    pub octets: Vec<[u16; 8]>,
+}
+
+impl Glyph {
+    /// Row `y` of [`Glyph::octets`].
+    #[must_use]
+    pub fn row(&self, y: usize) -> &[[u16; 8]] {
+        // A letter has a small positive width.
+        let length = (self.width as usize).div_ceil(8);
+        &self.octets[y * length..][..length]
+    }
 }
 
 /// The Hack font at one size. All letters have the same width.
@@ -24,7 +34,25 @@ pub struct Glyph {
 pub struct Font {
     font: FontRef<'static>,
     size_px: u32,
-    glyphs: HashMap<(u32, char), Glyph>,
+    sizes: BTreeMap<u32, Letters>,
+}
+
+/// What letters of one size look like: those of ASCII, which are found at once, and others.
+#[derive(Debug, Default)]
+struct Letters {
+    ascii: Vec<Option<Glyph>>,
+    others: BTreeMap<char, Option<Glyph>>,
+}
+
+impl Letters {
+    /// The place for the picture of `c`.
+    fn place(&mut self, c: char) -> &mut Option<Glyph> {
+        if !c.is_ascii() {
+            return self.others.entry(c).or_default();
+        }
+        self.ascii.resize(128, None);
+        &mut self.ascii[c as usize]
+    }
 }
 
 impl Font {
@@ -36,7 +64,7 @@ impl Font {
         Font {
             font,
             size_px,
-            glyphs: HashMap::new(),
+            sizes: BTreeMap::new(),
         }
     }
 
@@ -66,8 +94,8 @@ impl Font {
     /// The picture of `c`; empty for a blank.
     pub fn glyph(&mut self, c: char) -> &Glyph {
         let (font, size_px) = (&self.font, self.size_px);
-        let glyph = self.glyphs.entry((size_px, c));
-        glyph.or_insert_with(|| draw(font, size_px, c))
+        let place = self.sizes.entry(size_px).or_default().place(c);
+        place.get_or_insert_with(|| draw(font, size_px, c))
     }
 }
 
@@ -85,14 +113,18 @@ fn draw(font: &FontRef<'_>, size_px: u32, c: char) -> Glyph {
         top: bounds.min.y as i32,
         width: bounds.width() as i32,
         height: bounds.height() as i32,
-        coverage: Vec::new(),
+        octets: Vec::new(),
     };
-    let pixels = usize::try_from(glyph.width * glyph.height).unwrap_or(0);
-    glyph.coverage.resize(pixels, 0);
+    // Small positive numbers.
+    let (row, height) = (
+        (glyph.width as usize).div_ceil(8),
+        glyph.height.max(0) as usize,
+    );
+    glyph.octets.resize(row * height, [0; 8]);
     outline.draw(|x, y, coverage| {
         // x and y lie inside the bounds; the cast saturates.
-        glyph.coverage[(y as i32 * glyph.width + x as i32) as usize] =
-            (coverage * 255.0).round() as u8;
+        let (x, y) = (x as usize, y as usize);
+        glyph.octets[y * row + x / 8][x % 8] = (coverage.min(1.0) * 256.0).round() as u16;
     });
     glyph
 }
@@ -109,8 +141,8 @@ mod tests {
     #[test]
     fn letters_have_ink_and_blanks_have_none() {
         let mut font = Font::new(16);
-        assert!(font.glyph('M').coverage.iter().any(|&c| c > 200));
-        assert!(font.glyph(' ').coverage.is_empty());
+        assert!(font.glyph('M').octets.iter().flatten().any(|&a| a > 200));
+        assert!(font.glyph(' ').octets.is_empty());
         let (width, height) = font.cell();
         assert!(width >= 6 && height > width);
     }
@@ -122,7 +154,7 @@ mod tests {
         font.resize(24);
         assert!(font.glyph('g').height > small.height);
         font.resize(12);
-        assert!(font.glyphs.contains_key(&(12, 'g')));
+        assert!(font.sizes.get_mut(&12).expect("kept").place('g').is_some());
         assert_eq!(*font.glyph('g'), small);
     }
 }

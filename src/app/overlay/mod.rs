@@ -3,6 +3,9 @@
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
 //! for: the window shows the very bits that files get. Panels make room for each other ([`room`]).
 
+use std::borrow::Cow;
+use std::rc::Rc;
+
 mod axes;
 mod canvas;
 mod font;
@@ -18,6 +21,7 @@ use super::keymap::Keymap;
 use super::scrub::BarWish;
 use super::state::OverlayWish;
 use crate::camera::View;
+use crate::simd::{Kernel, dispatch};
 
 const WHITE: u32 = 0xff_ffff;
 /// Chords, and the names of figures.
@@ -39,7 +43,7 @@ pub struct Overlay {
     /// As the hand wants it, beside the screen's.
     zoom: f64,
     /// Its first line is for a message.
-    sheet: Vec<Line>,
+    sheet: Rc<[Line]>,
 }
 
 /// A line in two colours: what it is about, and what it says.
@@ -99,7 +103,7 @@ impl Overlay {
     /// For a screen with that many physical pixels a logical one, and the sheet of these keys.
     #[must_use]
     pub fn new(scale_factor: f64, keymap: &Keymap) -> Overlay {
-        let line = |(chords, says): (String, &'static str)| Line::new(chords, says);
+        let line = |(chords, says): (String, &'static str)| Line::new(brief(&chords), says);
         Overlay {
             font: Font::new(TEXT_PX as u32),
             scale_factor,
@@ -138,32 +142,31 @@ impl Overlay {
             room.take(draw_bar(canvas, bar));
         }
         // The most urgent first: it stands where it likes to.
-        let mut panels: Vec<(Vec<Line>, Place)> = Vec::new();
-        let mut add = |lines: Vec<Line>, place: Place| {
-            if !lines.is_empty() {
-                panels.push((lines, place));
-            }
-        };
-        add(told.board.unwrap_or_default().to_vec(), Place::Middle);
+        let mut panels: Vec<(Cow<'_, [Line]>, Place)> = Vec::new();
+        let mut add = |lines, place| panels.push((lines, place));
+        add(told.board.unwrap_or_default().into(), Place::Middle);
         let question = wish.question.iter().map(|text| Line::new("", text));
         add(question.collect(), Place::Middle);
         if let Some(Labels { column, lines }) = told.labels {
-            let [left, right] = lines.clone();
+            let [left, right] = lines;
             match column {
-                None => add(left, Place::TopLeft),
+                None => add(left.into(), Place::TopLeft),
                 Some(column) => {
                     let gap = (4.0 * self.scale()).ceil() as i32;
                     let x = i32::try_from(*column).unwrap_or(i32::MAX / 2);
-                    add(left, Place::TopBefore(x - gap));
-                    add(right, Place::TopAfter(x.saturating_add(gap)));
+                    add(left.into(), Place::TopBefore(x - gap));
+                    add(right.into(), Place::TopAfter(x.saturating_add(gap)));
                 }
             }
         }
         let message = wish.message.iter().map(|text| Line::new("", text));
+        let keys = Rc::clone(&self.sheet);
         if sheet {
-            let mut sheet = self.sheet.clone();
-            sheet.splice(..wish.message.iter().len(), message);
-            add(sheet, Place::Middle);
+            let mut lines = Cow::from(&keys[..]);
+            if let Some(message) = message.into_iter().next() {
+                lines.to_mut()[0] = message;
+            }
+            add(lines, Place::Middle);
         } else {
             // Where there is no room above the bar, the number would hide it.
             let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
@@ -174,9 +177,10 @@ impl Overlay {
             let picked = wish.picked.iter().map(|(name, text)| Line::new(name, text));
             add(recording.chain(picked).collect(), Place::TopRight);
             if wish.statistics {
-                add(told.statistics.to_vec(), Place::TopLeft);
+                add(told.statistics.into(), Place::TopLeft);
             }
         }
+        panels.retain(|(lines, _)| !lines.is_empty());
         let layouts: Vec<Layout> = panels
             .iter()
             .map(|(lines, place)| self.layout(&mut room, lines, *place))
@@ -258,23 +262,37 @@ impl Overlay {
     }
 
     fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: &Layout) {
+        dispatch!(Kernel::best(), _simd => self.panel_on(canvas, lines, layout));
+    }
+
+    /// Compiled for each width of vectors.
+    #[inline(always)]
+    fn panel_on(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: &Layout) {
         let Layout { rect, margin, .. } = *layout;
-        canvas.darken(rect);
         self.font.resize(layout.size_px);
         let (cell_width, cell_height) = self.font.cell();
         let x = rect.x + margin;
-        let mut y = rect.y + margin;
         let (width, height) = extent(canvas);
-        let room = ((width - x) / cell_width, (height - y) / cell_height);
-        for line in cut(lines, layout.name_columns, room) {
-            let text_x = x + layout.name_columns * cell_width;
-            let color = if line.name == RECORDING { RED } else { AMBER };
-            self.text(canvas, x, y, &line.name, color);
-            self.text(canvas, text_x, y, &line.text, WHITE);
+        let room = (
+            (width - x) / cell_width,
+            (height - rect.y - margin) / cell_height,
+        );
+        let text_x = x + layout.name_columns * cell_width;
+        // Line by line: what is darkened is still in a near cache when the letters come.
+        let mut darkened = rect.y;
+        let mut y = rect.y + margin;
+        for [name, text] in cut(lines, layout.name_columns, room) {
+            let color = if name == RECORDING { RED } else { AMBER };
+            canvas.darken(rect.between(darkened, y + cell_height));
+            darkened = y + cell_height;
+            self.text(canvas, x, y, &name, color);
+            self.text(canvas, text_x, y, &text, WHITE);
             y += cell_height;
         }
+        canvas.darken(rect.between(darkened, rect.y + rect.height));
     }
 
+    #[inline(always)]
     fn text(&mut self, canvas: &mut Canvas<'_>, x: i32, y: i32, text: &str, color: u32) {
         let (cell_width, _) = self.font.cell();
         let mut x = x;
@@ -287,7 +305,7 @@ impl Overlay {
     /// Picks the largest size, up to the screen's, at which `lines` fit into the width of `place` and between what is
     /// there, as near to `place` as may be; the smallest may be wider than that. Where no size is small enough: the
     /// largest that fits into the window, at `place` all the same.
-    fn layout(&mut self, room: &mut Room, lines: &[Line], place: Place) -> Layout {
+    fn layout(&self, room: &mut Room, lines: &[Line], place: Place) -> Layout {
         // A scale factor is a small positive number.
         let largest = ((TEXT_PX * self.scale()).round() as u32).max(MIN_TEXT_PX);
         let mut fallback = None;
@@ -318,29 +336,56 @@ impl Overlay {
 
 /// What there is room for, in letters and lines; where something is missing it says so. The names take `name_columns`
 /// letters.
-fn cut(lines: &[Line], name_columns: i32, (columns, rows): (i32, i32)) -> Vec<Line> {
+fn cut(lines: &[Line], name_columns: i32, (columns, rows): (i32, i32)) -> Vec<[Cow<'_, str>; 2]> {
     // Below no room there is none.
     let [name_columns, columns, rows] =
         [name_columns, columns, rows].map(|n| usize::try_from(n).unwrap_or(0));
-    let short = |text: &str, columns: usize| match text.char_indices().nth(columns) {
-        None => text.to_owned(),
-        Some(_) => text
-            .chars()
-            .take(columns.saturating_sub(1))
-            .chain(['…'])
-            .collect(),
-    };
     let kept = match lines.len() <= rows {
         true => lines.len(),
         false => rows.saturating_sub(1),
     };
     let more = lines.len() - kept;
-    let last = (more > 0).then(|| Line::new(short(&format!("… {more} more lines"), columns), ""));
-    let shown = lines[..kept].iter().map(|line| Line {
-        name: short(&line.name, columns),
-        text: short(&line.text, columns.saturating_sub(name_columns)),
+    let last = (more > 0).then(|| {
+        let says = format!("… {more} more lines");
+        [short(&says, columns).into_owned().into(), "".into()]
+    });
+    let shown = lines[..kept].iter().map(|line| {
+        let text_columns = columns.saturating_sub(name_columns);
+        [short(&line.name, columns), short(&line.text, text_columns)]
     });
     shown.chain(last).collect()
+}
+
+/// As many letters as there are columns.
+fn short(text: &str, columns: usize) -> Cow<'_, str> {
+    // So many bytes are at most so many letters.
+    if text.len() <= columns || text.chars().count() <= columns {
+        return text.into();
+    }
+    let kept = text.chars().take(columns.saturating_sub(1));
+    kept.chain(['…']).collect()
+}
+
+/// The same chords, three or more function keys in a row by the first and the last of them: what is narrower leaves
+/// more of the picture.
+fn brief(chords: &str) -> String {
+    let chords: Vec<&str> = chords.split(' ').collect();
+    let function_key = |chord: &'_ &str| {
+        let (modifiers, number) = chord.rsplit_once('F')?;
+        Some((modifiers.to_owned(), number.parse::<u32>().ok()?))
+    };
+    let runs = chords.chunk_by(|a, b| match (function_key(a), function_key(b)) {
+        (Some(a), Some(b)) => a.0 == b.0 && b.1.checked_sub(a.1) == Some(1),
+        _ => false,
+    });
+    let runs = runs.map(|run| match run {
+        [first, _, .., last] => {
+            let key = last.rsplit('+').next().unwrap_or_default();
+            format!("{first}…{key}")
+        }
+        few => few.join(" "),
+    });
+    runs.collect::<Vec<_>>().join(" ")
 }
 
 /// How many times as large as usual things are after so many steps.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::app::scrub::Bar;
+use crate::frame::Frame;
 
 fn overlay(scale_factor: f64) -> Overlay {
     Overlay::new(scale_factor, &Keymap::default())
@@ -26,19 +27,24 @@ fn everything() -> OverlayWish {
     }
 }
 
+/// A white picture with what `draw` draws over it.
+fn on_white(width: usize, height: usize, draw: impl FnOnce(&mut Canvas<'_>)) -> Vec<u32> {
+    let mut white = Frame::default();
+    white.resize(width, height);
+    white.pixels.fill(WHITE);
+    let mut pixels = vec![0; width * height];
+    let mut canvas = Canvas::over(Some(&white), 1, &mut pixels, width);
+    draw(&mut canvas);
+    canvas.pixels();
+    pixels
+}
+
 fn draw(overlay: &mut Overlay, wish: &OverlayWish, width: usize, height: usize) -> Vec<u32> {
-    let mut pixels = vec![0xff_ffff; width * height];
-    let mut canvas = Canvas {
-        pixels: &mut pixels,
-        width,
-        height,
-    };
     let told = Told {
         statistics: &[Line::new("fps", "60")],
         ..Told::default()
     };
-    overlay.draw(&mut canvas, wish, &told);
-    pixels
+    on_white(width, height, |canvas| overlay.draw(canvas, wish, &told))
 }
 
 #[test]
@@ -64,31 +70,21 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
     let view = crate::camera::Camera::default_for(crate::geometry::Aabb::EMPTY);
     let view = view.view(64, 48, false);
     for (width, height) in [(1, 1), (1, 300), (300, 1), (640, 300)] {
-        let mut pixels = vec![0xff_ffff; width * height];
-        let mut canvas = Canvas {
-            pixels: &mut pixels,
-            width,
-            height,
-        };
-        let mut overlay = overlay(1.0);
-        overlay.axes(&mut canvas, &view, &OverlayWish::default());
-        for column in [None, Some(0), Some(320), Some(usize::MAX)] {
-            let lines = [label.to_vec(), label.to_vec()];
-            let labels = Some(&Labels { column, lines });
-            let told = Told {
-                labels,
-                ..Told::default()
-            };
-            overlay.draw(&mut canvas, &OverlayWish::default(), &told);
-        }
+        let pixels = on_white(width, height, |canvas| {
+            let mut overlay = overlay(1.0);
+            overlay.axes(canvas, &view, &OverlayWish::default());
+            for column in [None, Some(0), Some(320), Some(usize::MAX)] {
+                let lines = [label.to_vec(), label.to_vec()];
+                let labels = Some(&Labels { column, lines });
+                let told = Told {
+                    labels,
+                    ..Told::default()
+                };
+                overlay.draw(canvas, &OverlayWish::default(), &told);
+            }
+        });
         assert!(pixels.iter().any(|&p| p != 0xff_ffff));
     }
-    let mut pixels = vec![0xff_ffff; 640 * 300];
-    let mut canvas = Canvas {
-        pixels: &mut pixels,
-        width: 640,
-        height: 300,
-    };
     let lines = [label.to_vec(), vec![Line::new("", "")]];
     let labels = Some(&Labels {
         column: Some(320),
@@ -98,7 +94,9 @@ fn labels_and_axes_survive_every_size_and_stay_at_their_sides() {
         labels,
         ..Told::default()
     };
-    overlay(1.0).draw(&mut canvas, &OverlayWish::default(), &told);
+    let pixels = on_white(640, 300, |canvas| {
+        overlay(1.0).draw(canvas, &OverlayWish::default(), &told);
+    });
     let row = &pixels[5 * 640..][..640];
     assert!(row[310] != 0xff_ffff && row[318] == 0xff_ffff);
 }
@@ -192,14 +190,7 @@ fn an_error_and_a_question_are_drawn_instead_of_the_sheet() {
             board,
             ..Told::default()
         };
-        let mut pixels = vec![WHITE; 640 * 480];
-        let mut canvas = Canvas {
-            pixels: &mut pixels,
-            width: 640,
-            height: 480,
-        };
-        overlay.draw(&mut canvas, &wish, &told);
-        pixels
+        on_white(640, 480, |canvas| overlay.draw(canvas, &wish, &told))
     };
     for (board, question) in [(Some(&board[..]), None), (None, Some("really?"))] {
         let alone = drawn(false, board, question);
@@ -210,7 +201,7 @@ fn an_error_and_a_question_are_drawn_instead_of_the_sheet() {
 
 #[test]
 fn the_whole_sheet_fits_in_the_default_window() {
-    let mut overlay = overlay(1.0);
+    let overlay = overlay(1.0);
     let sheet = overlay.sheet.clone();
     let layout = overlay.layout(&mut Room::new((640, 480)), &sheet, Place::Middle);
     assert!(layout.rect.width <= 640 && layout.rect.height <= 480);
@@ -254,7 +245,7 @@ fn labels_of_narrow_sides_are_whole_and_side_by_side() {
         Line::new("", "1200 times as long"),
     ];
     for (width, divider) in [(800, 640), (800, 160), (800, 0), (800, 800), (320, 160)] {
-        let mut overlay = overlay(1.0);
+        let overlay = overlay(1.0);
         let mut room = Room::new((width, 240));
         let mut rect = |place| overlay.layout(&mut room, &label, place).rect;
         let (left, right) = (
@@ -289,16 +280,8 @@ fn what_was_picked_hides_the_statistics_where_both_have_no_room() {
         statistics: &statistics,
         ..Told::default()
     };
-    let mut pixels = |wish: &OverlayWish| {
-        let mut pixels = vec![WHITE; width * height];
-        let mut canvas = Canvas {
-            pixels: &mut pixels,
-            width,
-            height,
-        };
-        overlay.draw(&mut canvas, wish, &told);
-        pixels
-    };
+    let mut pixels =
+        |wish: &OverlayWish| on_white(width, height, |canvas| overlay.draw(canvas, wish, &told));
     assert!(pixels(&both) == pixels(&picked));
 }
 
@@ -309,16 +292,14 @@ fn what_does_not_fit_says_so() {
         Line::new("wheel", "dolly"),
         Line::new("q", "quit"),
     ];
-    assert_eq!(cut(&lines, 7, (25, 3)), lines);
+    let whole = lines.each_ref().map(|l| [&l.name[..], &l.text[..]]);
+    assert_eq!(cut(&lines, 7, (25, 3)), whole);
     assert_eq!(
         cut(&lines, 7, (14, 2)),
-        [
-            Line::new("x y z", "turn a…"),
-            Line::new("… 2 more lines", ""),
-        ]
+        [["x y z", "turn a…"], ["… 2 more lines", ""]]
     );
-    assert_eq!(cut(&lines, 7, (4, 1)), [Line::new("… 3…", "")]);
-    assert_eq!(cut(&lines, 7, (-3, 9))[0], Line::new("…", "…"));
+    assert_eq!(cut(&lines, 7, (4, 1)), [["… 3…", ""]]);
+    assert_eq!(cut(&lines, 7, (-3, 9))[0], ["…", "…"]);
 }
 
 #[test]
@@ -327,4 +308,18 @@ fn letters_alone_have_the_same_margin_on_both_sides() {
     assert_eq!(columns(Line::new("recording", "")), 9);
     assert_eq!(columns(Line::new("", "saved a.txt")), 11);
     assert_eq!(columns(Line::new("fps", "60")), 3 + 2 + 2);
+}
+
+#[test]
+fn runs_of_function_keys_are_told_by_their_ends() {
+    for (chords, expected) in [
+        ("F1 F2 F3 F4 F5", "F1…F5"),
+        ("a Shift+F9 Shift+F10 Shift+F11 F", "a Shift+F9…F11 F"),
+        ("F9 F10", "F9 F10"),
+        ("F1 Shift+F2 F3", "F1 Shift+F2 F3"),
+        ("F3 F2 F1", "F3 F2 F1"),
+        ("", ""),
+    ] {
+        assert_eq!(brief(chords), expected);
+    }
 }

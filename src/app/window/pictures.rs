@@ -51,7 +51,10 @@ impl Viewer {
         let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
         let shown = screen.show(picture, |canvas| {
             if let Some(wish) = wish {
-                slow.lay(wish, canvas.pixels, canvas.width);
+                if wish.sides().iter().any(|side| side.is_slow()) {
+                    let width = canvas.width;
+                    slow.lay(wish, canvas.pixels(), width);
+                }
                 if drawn.0.axes {
                     overlay.axes(canvas, &wish.view, &drawn.0);
                 }

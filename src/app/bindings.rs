@@ -243,7 +243,7 @@ const fn turn(c: char, axis: Axis, modifiers: Modifiers) -> Binding {
     let says = if modifiers.shift {
         "the same, the other way"
     } else {
-        "turn about that world axis; held while dragging: only about it"
+        "turn about that world axis; held in a drag: only about it"
     };
     bind(Trigger::Key(Key::Char(c)), modifiers, effect, says)
 }
@@ -330,7 +330,7 @@ pub const BINDINGS: &[Binding] = &[
         Trigger::DoubleClick,
         Modifiers::NONE,
         Effect::At(Spot::Pivot),
-        "orbit about what is seen there (background: the format's pivot)",
+        "orbit about what is seen there (else: the format's pivot)",
     ),
     letter('t', Action::ToggleTurntable, "turntable or trackball"),
     look('1', Side::Front, Modifiers::NONE),

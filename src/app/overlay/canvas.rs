@@ -215,9 +215,11 @@ impl<'a> Canvas<'a> {
         let (x, y) = (x + glyph.left, y + glyph.top);
         let columns = clip(x, glyph.width, self.width);
         let rows = clip(y, glyph.height, self.height);
-        self.cover(rows.clone());
         let color = lanes([color; 8]);
         for py in rows {
+            if self.is_bare[py] {
+                self.cover(py..py + 1);
+            }
             let row = &mut self.pixels[py * self.width..][..self.width];
             // Inside the glyph by the clipping, so not negative.
             let octets = glyph.row((py as i32 - y) as usize);

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::frame::LightFrame;
 use super::grid::LightGrid;
 use crate::simd::{
-    Kernel, LANE_NUMBERS, Lanes, Select, SimdBase, all_lanes, bits, dispatch, lanes,
+    Bytes, Kernel, LANE_NUMBERS, Lanes, Select, SimdBase, all_lanes, bits, dispatch, lanes,
 };
 use crate::trace::space::ROUNDOFF;
 use crate::world::World;
@@ -167,6 +167,41 @@ impl OpenTriangles {
                 & out.simd_le(S::f32s::splat(simd, frame.half)),
         )
     }
+
+    /// The same where most of the starts lie on one triangle or two, whose records all lanes then share; others take
+    /// longer.
+    #[inline(always)]
+    pub fn see_light_on_few<S: Lanes>(&self, simd: S, frame: &LightFrame, starts: &[Start]) -> u32 {
+        let starts = &starts[..lanes::<S>()];
+        let [ox, oy, oz, ids] = simd.gather4(starts, &LANE_NUMBERS);
+        let ids = ids.bitcast::<S::u32s>();
+        let [x, y, z, out] = frame.centred_many(simd, [ox, oy, oz]);
+        let near = out.simd_le(S::f32s::splat(simd, frame.half));
+        let (records, _) = self.rows.as_chunks::<3>();
+        macro_rules! affine {
+            ($u:expr, $v:expr, $w:expr) => {
+                S::f32s::splat(simd, $u) * x
+                    + (S::f32s::splat(simd, $v) * y + S::f32s::splat(simd, $w))
+            };
+        }
+        let (mut seeing, mut left) = (0, all_lanes::<S>());
+        for _ in 0..2 {
+            let id = starts[left.trailing_zeros() as usize][3].to_bits();
+            let [[u0, v0, w0, a], [u1, v1, w1, b], [u2, v2, w2, c]] =
+                records[(id as usize).min(records.len() - 1)];
+            let edge = affine!(u0, v0, w0)
+                .min(affine!(u1, v1, w1))
+                .min(affine!(u2, v2, w2));
+            let sees = edge.simd_ge(S::f32s::splat(simd, 0.0)) & z.simd_gt(affine!(a, b, c)) & near;
+            let same = bits::<S>(ids.simd_eq(S::u32s::splat(simd, id)));
+            seeing |= bits::<S>(sees) & same;
+            left &= !same;
+            if left == 0 {
+                return seeing;
+            }
+        }
+        self.see_light(simd, frame, starts)
+    }
 }
 
 /// The outline of a triangle, counted from the middle of the scene, and its plane.
@@ -309,8 +344,8 @@ mod tests {
     use crate::color::Rgb;
     use crate::scene::{CameraSetting, Scene, Triangle};
 
-    /// Which triangles are open, with the light shining along −z.
-    fn open(triangles: &[[[f32; 3]; 3]]) -> Vec<bool> {
+    /// With the light shining along −z.
+    fn grid(triangles: &[[[f32; 3]; 3]]) -> LightGrid {
         let triangle = |corners: &[[f32; 3]; 3]| Triangle {
             corners: corners.map(Vec3::from),
             color: Rgb::new(1, 2, 3),
@@ -321,7 +356,12 @@ mod tests {
             triangles: triangles.iter().map(triangle).collect(),
             operations: Vec::new(),
         };
-        let grid = LightGrid::build(&World::compile(&scene));
+        LightGrid::build(&World::compile(&scene))
+    }
+
+    /// Which triangles are open.
+    fn open(triangles: &[[[f32; 3]; 3]]) -> Vec<bool> {
+        let grid = grid(triangles);
         let records: Vec<_> = grid.open.rows.chunks(3).collect();
         let is_open = |i: usize| records[i.min(records.len() - 1)] != CLOSED;
         assert!(!is_open(usize::MAX), "the record for no triangle");
@@ -366,5 +406,47 @@ mod tests {
     fn what_the_light_sees_edge_on_is_closed() {
         let wall = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.5, 0.5, 1.0]];
         assert_eq!(open(&[wall]), [false]);
+    }
+
+    #[test]
+    fn starts_on_few_triangles_see_what_they_see_one_by_one() {
+        let roof = |x: f32, z: f32| [[x, 0.0, z], [x + 1.0, 0.0, z], [x, 2.0, z + 0.5]];
+        let triangles = [
+            roof(0.0, 1.0),
+            roof(1.5, 0.0),
+            roof(3.0, 2.0),
+            roof(3.2, 3.0),
+        ];
+        let grid = grid(&triangles);
+        // On one triangle, on two, on three; some beside it, and some that are on none.
+        let ids = |i: u32, many: u32| {
+            [[0, 0, 0], [1, 0, 1], [2, 1, u32::MAX]][many as usize][i as usize % 3]
+        };
+        for (kernel, many) in Kernel::available()
+            .into_iter()
+            .flat_map(|k| [(k, 0), (k, 1), (k, 2)])
+        {
+            let mut all = 0;
+            for shift in 0..40_u32 {
+                let starts: Vec<Start> = (0..16)
+                    .map(|i| {
+                        let id = ids((i + shift) / 5, many);
+                        let [a, b, c] = triangles[(id as usize).min(3)].map(Vec3::from);
+                        let (s, t) = (i as f32 / 13.0 - 0.1, shift as f32 / 50.0);
+                        start(
+                            a + (b - a) * s + (c - a) * t + Vec3::new(0.0, 0.0, 1e-4),
+                            id,
+                        )
+                    })
+                    .collect();
+                let (few, each) = dispatch!(kernel, simd => (
+                    grid.open.see_light_on_few(simd, &grid.frame, &starts),
+                    grid.open.see_light(simd, &grid.frame, &starts)
+                ));
+                assert_eq!(few, each, "{kernel:?} {many} {shift}");
+                all |= each;
+            }
+            assert_ne!(all, 0, "none sees the light");
+        }
     }
 }

@@ -3,15 +3,15 @@
 //! It is drawn on the copy that goes to the screen, never on the frame, and nothing is drawn unless asked
 //! for: the window shows the very bits that files get. Panels make room for each other ([`room`]).
 
-use std::borrow::Cow;
-use std::rc::Rc;
-
 mod axes;
 mod canvas;
 mod font;
 mod room;
 
 pub use canvas::Canvas;
+
+use std::borrow::Cow;
+use std::rc::Rc;
 
 use canvas::Rect;
 use font::Font;

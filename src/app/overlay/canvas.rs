@@ -96,9 +96,7 @@ impl Rect {
 }
 
 impl<'a> Canvas<'a> {
-    /// `pixels` in rows of `width`, to be covered by `frame` (none: black), each of whose pixels becomes a square of
-    /// `pixel_size`, and by what is drawn over it. A frame of another size is cut off, or stands on black, at the upper
-    /// left.
+    /// `pixels` in rows of `width`, to be covered by `frame` in squares of `pixel_size`, and by what is drawn over it.
     pub fn over(
         frame: Option<&'a Frame>,
         pixel_size: usize,

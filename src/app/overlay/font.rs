@@ -23,9 +23,13 @@ impl Glyph {
     /// Row `y` of [`Glyph::octets`].
     #[must_use]
     pub fn row(&self, y: usize) -> &[[u16; 8]] {
-        // A letter has a small positive width.
-        let length = (self.width as usize).div_ceil(8);
+        let length = self.octets_a_row();
         &self.octets[y * length..][..length]
+    }
+
+    fn octets_a_row(&self) -> usize {
+        // A letter has a small positive width.
+        (self.width as usize).div_ceil(8)
     }
 }
 
@@ -115,12 +119,9 @@ fn draw(font: &FontRef<'_>, size_px: u32, c: char) -> Glyph {
         height: bounds.height() as i32,
         octets: Vec::new(),
     };
-    // Small positive numbers.
-    let (row, height) = (
-        (glyph.width as usize).div_ceil(8),
-        glyph.height.max(0) as usize,
-    );
-    glyph.octets.resize(row * height, [0; 8]);
+    let row = glyph.octets_a_row();
+    // Its height is small and positive, too.
+    glyph.octets.resize(row * glyph.height as usize, [0; 8]);
     outline.draw(|x, y, coverage| {
         // x and y lie inside the bounds; the cast saturates.
         let (x, y) = (x as usize, y as usize);

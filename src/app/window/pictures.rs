@@ -51,6 +51,7 @@ impl Viewer {
         let light = kiosk.map_or(256, |kiosk| kiosk.light(self.redrawn));
         let shown = screen.show(picture, |canvas| {
             if let Some(wish) = wish {
+                // To ask for all pixels is to copy them before the panels can darken them on their way.
                 if wish.sides().iter().any(|side| side.is_slow()) {
                     let width = canvas.width;
                     slow.lay(wish, canvas.pixels(), width);

@@ -34,7 +34,14 @@ struct Picture<'a> {
     enlarged: (usize, Vec<u32>),
 }
 
-impl Picture<'_> {
+impl<'a> Picture<'a> {
+    /// Its pixels, if they lie in memory as those of a canvas of that size do.
+    fn like(&self, width: usize, height: usize) -> Option<&'a [u32]> {
+        let frame = self.frame?;
+        let is_like = self.pixel_size == 1 && (frame.width, frame.height) == (width, height);
+        is_like.then_some(&frame.pixels[..])
+    }
+
     /// Row `y` as far as the frame goes, at most `width` pixels.
     fn row(&mut self, y: usize, width: usize) -> &[u32] {
         let Some(frame) = self.frame else {
@@ -145,6 +152,41 @@ impl<'a> Canvas<'a> {
                 to[columns.clone()].iter_mut().for_each(|p| *p = dark(*p));
             }
         }
+    }
+
+    /// Lays `stamp` over what is there, its upper left pixel at (`x`, `y`).
+    pub fn stamp(&mut self, (x, y): (i32, i32), stamp: &Frame) {
+        let size = |n: usize| i32::try_from(n).unwrap_or(i32::MAX);
+        let columns = clip(x, size(stamp.width), self.width);
+        let rows = clip(y, size(stamp.height), self.height);
+        if columns.is_empty() {
+            return;
+        }
+        let are_bare = self.is_bare[rows.clone()].iter().all(|&bare| bare);
+        let below = self.picture.like(self.width, self.height);
+        let below = below.filter(|_| are_bare);
+        if below.is_some() {
+            self.is_bare[rows.clone()].fill(false);
+        } else {
+            self.cover(rows.clone());
+        }
+        // From the stamp's end in a row to its start in the next is one copy: copies start slowly.
+        let mut copied = rows.start * self.width;
+        let mut copy_up_to = |end: usize, pixels: &mut [u32]| {
+            if let Some(below) = below {
+                pixels[copied..end].copy_from_slice(&below[copied..end]);
+            }
+            copied = end + columns.len();
+        };
+        for row in rows.clone() {
+            let start = row * self.width + columns.start;
+            copy_up_to(start, self.pixels);
+            // Inside the stamp by the clipping, so not negative.
+            let [dx, dy] = [(columns.start, x), (row, y)].map(|(a, b)| (a as i32 - b) as usize);
+            let stamped = &stamp.pixels[dy * stamp.width + dx..][..columns.len()];
+            self.pixels[start..][..columns.len()].copy_from_slice(stamped);
+        }
+        copy_up_to(rows.end * self.width, self.pixels);
     }
 
     /// Fills `rect`.
@@ -407,6 +449,38 @@ mod tests {
             assert!(canvas.pixels().iter().all(|&p| p == 0xff_ffff));
             canvas.darken(rect(-1, 1, 3, i32::MAX));
             assert_eq!(pixels[3..], [dark, dark, 0xff_ffff]);
+        }
+    }
+
+    #[test]
+    fn stamps_lie_over_the_picture_and_are_cut_off_at_every_border() {
+        let pictures = [
+            frame(4, &(1..=12).collect::<Vec<u32>>()),
+            frame(3, &(1..=12).collect::<Vec<u32>>()),
+            frame(2, &[1, 2, 3, 4]),
+        ];
+        let stamp = frame(2, &[50, 60, 70, 80]);
+        for (picture, pixel_size) in pictures.iter().zip([1, 1, 2]) {
+            let bare = enlarged(Some(picture), pixel_size, 4, 3);
+            for (x, y) in (-3..6).flat_map(|x| (-3..5).map(move |y| (x, y))) {
+                // No row, one, or all are copied before.
+                for covered in [0, 1, 3] {
+                    let mut pixels = vec![9; 12];
+                    let mut canvas = Canvas::over(Some(picture), pixel_size, &mut pixels, 4);
+                    canvas.cover(0..covered);
+                    canvas.stamp((x, y), &stamp);
+                    canvas.pixels();
+                    let expected = |i: i32| {
+                        let (column, row) = (i % 4 - x, i / 4 - y);
+                        let is_stamped = (0..2).contains(&column) && (0..2).contains(&row);
+                        match is_stamped {
+                            true => stamp.pixels[(row * 2 + column) as usize],
+                            false => bare[i as usize],
+                        }
+                    };
+                    assert_eq!(pixels, (0..12).map(expected).collect::<Vec<u32>>());
+                }
+            }
         }
     }
 

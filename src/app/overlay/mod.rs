@@ -21,6 +21,7 @@ use super::keymap::Keymap;
 use super::scrub::BarWish;
 use super::state::OverlayWish;
 use crate::camera::View;
+use crate::frame::Frame;
 use crate::simd::{Kernel, dispatch};
 
 const WHITE: u32 = 0xff_ffff;
@@ -44,6 +45,15 @@ pub struct Overlay {
     zoom: f64,
     /// Its first line is for a message.
     sheet: Rc<[Line]>,
+    kept: Kept,
+}
+
+/// The panel through which nothing shines, as pixels: it is the same over every picture.
+#[derive(Debug, Default)]
+struct Kept {
+    lines: Vec<Line>,
+    layout: Option<Layout>,
+    frame: Frame,
 }
 
 /// A line in two colours: what it is about, and what it says.
@@ -111,6 +121,7 @@ impl Overlay {
             sheet: std::iter::once(Line::new("", ""))
                 .chain(keymap.sheet().into_iter().map(line))
                 .collect(),
+            kept: Kept::default(),
         }
     }
 
@@ -189,7 +200,10 @@ impl Overlay {
         // asked for just now.
         for (i, ((lines, place), layout)) in panels.iter().zip(&layouts).enumerate() {
             let is_apart = |other: &Layout| layout.rect.is_apart(&other.rect);
-            if matches!(place, Place::Middle) || layouts[..i].iter().all(is_apart) {
+            if sheet && matches!(place, Place::Middle) {
+                self.keep(lines, layout, extent(canvas));
+                canvas.stamp((layout.rect.x, layout.rect.y), &self.kept.frame);
+            } else if matches!(place, Place::Middle) || layouts[..i].iter().all(is_apart) {
                 self.panel(canvas, lines, layout);
             }
         }
@@ -259,6 +273,31 @@ impl Overlay {
                 canvas.fill(rect, color);
             }
         }
+    }
+
+    /// Draws a panel as it would look over grey, if the one that is kept is another.
+    fn keep(&mut self, lines: &[Line], layout: &Layout, (width, height): (i32, i32)) {
+        let Rect { x, y, .. } = layout.rect;
+        let rect = Rect {
+            x: 0,
+            y: 0,
+            width: layout.rect.width.min(width - x),
+            height: layout.rect.height.min(height - y),
+        };
+        let layout = Layout { rect, ..*layout };
+        if self.kept.layout == Some(layout) && self.kept.lines == lines {
+            return;
+        }
+        self.kept.lines = lines.to_vec();
+        self.kept.layout = Some(layout);
+        let mut grey = Frame::new(rect.width as usize, rect.height as usize);
+        grey.pixels.fill(GREY);
+        let mut frame = std::mem::take(&mut self.kept.frame);
+        frame.resize(grey.width, grey.height);
+        let mut canvas = Canvas::over(Some(&grey), 1, &mut frame.pixels, grey.width);
+        self.panel(&mut canvas, lines, &layout);
+        canvas.pixels();
+        self.kept.frame = frame;
     }
 
     fn panel(&mut self, canvas: &mut Canvas<'_>, lines: &[Line], layout: &Layout) {
@@ -441,7 +480,7 @@ fn above(bar: Option<&BarWish>) -> i32 {
 }
 
 /// The measures of a panel, in pixels unless said otherwise.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Layout {
     size_px: u32,
     margin: i32,

@@ -177,6 +177,50 @@ fn a_message_covers_no_line_of_the_sheet() {
 }
 
 #[test]
+fn the_sheet_is_kept_from_picture_to_picture_and_drawn_anew_when_it_changes() {
+    let mut kept = overlay(1.0);
+    // Zoom, message and size of one picture after the other; what comes twice is kept.
+    let pictures = [
+        (0, None, (640, 480)),
+        (0, None, (640, 480)),
+        (0, Some("trackball"), (640, 480)),
+        (2, Some("trackball"), (1600, 900)),
+        (2, Some("trackball"), (1600, 901)),
+        (2, None, (200, 150)),
+        (2, None, (201, 150)),
+        (0, None, (640, 480)),
+    ];
+    for (zoom, message, (width, height)) in pictures {
+        let wish = OverlayWish {
+            sheet: true,
+            zoom,
+            message: message.map(str::to_owned),
+            ..OverlayWish::default()
+        };
+        let pixels = draw(&mut kept, &wish, width, height);
+        let fresh = draw(&mut overlay(1.0), &wish, width, height);
+        assert!(
+            pixels == fresh,
+            "zoom {zoom}, {message:?}, {width}x{height}"
+        );
+        let mut over_black = || {
+            let mut pixels = vec![WHITE; width * height];
+            let mut canvas = Canvas::over(None, 1, &mut pixels, width);
+            kept.draw(&mut canvas, &wish, &Told::default());
+            canvas.pixels();
+            pixels
+        };
+        // Nothing shines through.
+        let (seen, through) = (over_black(), pixels);
+        let is_either = seen
+            .iter()
+            .zip(&through)
+            .all(|(seen, through)| seen == through || (*seen, *through) == (0, WHITE));
+        assert!(is_either && seen[height / 2 * width + width / 2] != 0);
+    }
+}
+
+#[test]
 fn an_error_and_a_question_are_drawn_instead_of_the_sheet() {
     let mut overlay = overlay(1.0);
     let board = [Line::new("", "scene.txt:1:5: expected a number")];

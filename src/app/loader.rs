@@ -11,9 +11,10 @@ use std::fs;
 use std::io::{self, Read as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use super::painter::message_of;
 use crate::bvh::Quality;
@@ -29,6 +30,9 @@ const HEAD_BYTES: usize = 1 << 14;
 
 /// So much of a file is read between two words about it.
 const READ_BYTES: u64 = 1 << 24;
+
+/// So long nothing new is told of how far the work is.
+const NEWS: Duration = Duration::from_millis(100);
 
 /// Scenes with so many triangles are shown with a coarse tree first: the better one of fewer is there at once.
 const LARGE: usize = 50_000;
@@ -168,16 +172,28 @@ impl From<Cancelled> for End {
     }
 }
 
-/// Tells each percentage once, whichever threads come with it in whichever order.
+/// Tells how much is done, whichever threads come with it in whichever order; but not often, since the window is drawn
+/// anew each time, and what it takes the load is longer by.
 #[derive(Default)]
-struct Percent(AtomicU8);
+struct Percent(Mutex<(u8, Option<Instant>)>);
 
 impl Percent {
-    /// The percentage, when it is a higher one than before.
+    /// The percentage, when it is a higher one than before and the time has come.
     fn news(&self, done: usize, of: usize) -> Option<u8> {
+        self.news_at(done, of, Instant::now())
+    }
+
+    fn news_at(&self, done: usize, of: usize, now: Instant) -> Option<u8> {
+        // Otherwise another thread has the news.
+        let mut last = self.0.try_lock().ok()?;
         // A percentage fits.
         let percent = (done as u128 * 100 / of.max(1) as u128).min(100) as u8;
-        (self.0.fetch_max(percent, Ordering::Relaxed) < percent).then_some(percent)
+        let is_due = |last| now.saturating_duration_since(last) >= NEWS;
+        let is_news = percent > last.0 && last.1.is_none_or(is_due);
+        is_news.then(|| {
+            *last = (percent, Some(now));
+            percent
+        })
     }
 }
 

@@ -202,7 +202,7 @@ impl Opener {
         self.watch = None;
         // A pipe is read once: what is written into it is no change.
         if let Source::File(path) = &self.scene.source
-            && path.is_file()
+            && (path.is_file() || !path.exists())
         {
             let tell = Arc::clone(&self.tell);
             // Some file systems tell nothing: then nothing is reloaded.
@@ -378,7 +378,12 @@ impl Opener {
     /// When the system gives no thread.
     pub fn tick(&mut self, now: Instant) -> Result<(), LoadError> {
         match self.reload_at {
-            Some(due) if due <= now && self.writers == 0 => self.load(),
+            Some(due) if due <= now && self.writers == 0 => {
+                // Its folder may be another one, or the place that it points to. Before it is read: what happens from now on
+                // is told.
+                self.watch();
+                self.load()
+            }
             _ => Ok(()),
         }
     }

@@ -25,6 +25,7 @@ use super::bindings::Spot;
 use super::journal::Kept;
 use super::keymap::Keymap;
 use super::moves::Moves;
+use super::overlay::zoom_factor;
 use super::scrub::BarWish;
 use super::side::Split;
 use crate::camera::{Camera, View};
@@ -40,6 +41,8 @@ pub use sides::word;
 
 /// The overlay is at most so many steps larger or smaller than usual.
 const MAX_ZOOM: i32 = 8;
+/// Letters of half the size are hardly to be read.
+const MIN_ZOOM: i32 = -3;
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(3);
 
@@ -304,6 +307,8 @@ impl State {
             Action::Look { from, opposite } => self.look(from, opposite),
             Action::Fit => self.fit(),
             Action::ToggleTurntable => self.toggle_turntable(),
+            // What lies below it cannot be meant.
+            Action::Pick(_) | Action::Measure(_) if self.shows_sheet() => self.sheet = false,
             Action::Pick(at) => self.probe(at, Spot::Pick),
             Action::Measure(at) => self.probe(at, Spot::Measure),
             Action::SetPivot(at) => self.probe(at, Spot::Pivot),
@@ -338,7 +343,7 @@ impl State {
             Action::NextKernel => self.next_kernel(),
             Action::ToggleStatistics => self.statistics = !self.statistics,
             Action::ToggleAxes => self.axes = !self.axes,
-            Action::Zoom(steps) => self.zoom = (self.zoom + steps).clamp(-MAX_ZOOM, MAX_ZOOM),
+            Action::Zoom(steps) => self.zoom(steps),
             Action::ToggleSheet => self.sheet = !self.sheet,
             Action::Screenshot => self.commands.push(Command::Screenshot),
             Action::ToggleFullscreen => self.set_fullscreen(!self.fullscreen),
@@ -451,11 +456,28 @@ impl State {
         self.commands.push(Command::Fullscreen(on));
     }
 
+    fn shows_sheet(&self) -> bool {
+        self.sheet && self.setting.overlay
+    }
+
+    fn zoom(&mut self, steps: i32) {
+        self.zoom = (self.zoom + steps).clamp(MIN_ZOOM, MAX_ZOOM);
+        let percent = 100.0 * zoom_factor(self.zoom);
+        let end = match self.zoom {
+            MIN_ZOOM => ", the smallest",
+            MAX_ZOOM => ", the largest",
+            _ => "",
+        };
+        self.say(format!("letters: {percent:.0} %{end}"));
+    }
+
     fn back(&mut self) {
-        if self.sheet && self.setting.overlay {
+        if self.shows_sheet() {
             self.sheet = false;
         } else if !self.picked_lines.is_empty() && self.setting.overlay {
             self.drop_pick();
+        } else if self.split().is_some() {
+            self.toggle_split();
         } else if self.fullscreen {
             self.set_fullscreen(false);
         } else {

@@ -1,10 +1,15 @@
 //! Tells when a file is saved, by notification.
 //!
-//! The folder is watched, not the file: editors that write a new file and rename it leave the old one behind. Where
-//! the file is a link, the folder of what it points to is watched too.
+//! The folder is watched, not the file: editors that write a new file and rename it leave the old one behind. So is the
+//! folder's own: programs that build a folder anew leave the old one behind. Where the file is a link, what it points to
+//! is watched too. Where there is no such folder, the nearest one above is watched for it.
+//!
+//! What a watch looks at is found out when it starts. Folders that were made since, and where a link points now, are seen
+//! by the next one: after a change, start anew.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
+use std::{fs, io};
 
 use notify::event::{AccessKind, AccessMode, ModifyKind};
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
@@ -23,7 +28,7 @@ impl Watch {
     /// # Errors
     /// Why it cannot be watched, in words.
     pub fn start(file: &Path, changed: impl Fn() + Send + 'static) -> Result<Watch, String> {
-        let places = places(file);
+        let places = places(file).map_err(|e| e.to_string())?;
         let names: Vec<OsString> = places.iter().map(|(_, name)| name.clone()).collect();
         let on_event = move |event: notify::Result<Event>| {
             // An error, such as too many events to be told, may hide one of ours.
@@ -42,21 +47,26 @@ impl Watch {
     }
 }
 
-/// The folder and name of `file`, and of what it points to if that is another place.
-fn places(file: &Path) -> Vec<(PathBuf, OsString)> {
-    let place = |file: &Path| {
-        let folder = match file.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        Some((folder.to_path_buf(), file.file_name()?.to_owned()))
+/// Folders that there are, each with the name in it to look for: `file` or the way to it, and the same of what `file` points
+/// to, if that is another place.
+fn places(file: &Path) -> io::Result<Vec<(PathBuf, OsString)>> {
+    let mut places = Vec::new();
+    let mut add = |file: &Path| {
+        let mut way = file.ancestors().filter_map(|at| {
+            let (folder, name) = (at.parent()?, at.file_name()?);
+            folder
+                .is_dir()
+                .then(|| (folder.to_owned(), name.to_owned()))
+        });
+        places.extend(way.next());
+        places.extend(way.next());
     };
-    let mut places: Vec<_> = place(file).into_iter().collect();
-    let is_link = std::fs::symlink_metadata(file).is_ok_and(|m| m.is_symlink());
+    add(&path::absolute(file)?);
+    let is_link = fs::symlink_metadata(file).is_ok_and(|m| m.is_symlink());
     if is_link && let Ok(target) = file.canonicalize() {
-        places.extend(place(&target));
+        add(&target);
     }
-    places
+    Ok(places)
 }
 
 /// Whether `event` may have changed the text of one of the files. Reading does not, nor do times and rights.
@@ -76,7 +86,6 @@ fn concerns(event: &Event, names: &[OsString]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
     use std::sync::mpsc::{Receiver, channel};
     use std::time::Duration;
 
@@ -136,7 +145,26 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_not_there_cannot_be_watched() {
-        assert!(Watch::start(Path::new("no/such/file.txt"), || ()).is_err());
+    fn a_folder_that_is_made_anew_or_for_the_first_time_is_told() {
+        let top = tempfile::tempdir().expect("a folder");
+        let folder = top.path().join("a/b");
+        let file = folder.join("c.txt");
+        fs::create_dir_all(&folder).expect("made");
+        fs::write(&file, "1").expect("written");
+        let (_watch, changes) = watch(&file);
+        fs::rename(&folder, top.path().join("a/old")).expect("renamed");
+        told(&changes);
+        fs::create_dir(&folder).expect("made");
+        told(&changes);
+        let (_watch, changes) = watch(&file);
+        fs::write(&file, "2").expect("written");
+        told(&changes);
+        fs::remove_dir_all(top.path().join("a")).expect("removed");
+        told(&changes);
+        let (_watch, changes) = watch(&file);
+        fs::write(top.path().join("b"), "other").expect("written");
+        silent(&changes);
+        fs::create_dir_all(&folder).expect("made");
+        told(&changes);
     }
 }

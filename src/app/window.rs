@@ -157,7 +157,9 @@ impl Viewer {
         let renderer = Renderer::new(options.threads)
             .map_err(|e| threads_failed(format!("the system gives no threads: {e}")))?;
         let threads = renderer.threads();
-        let memory = Memory::of(options.memory.clone());
+        // A kiosk fills the screen: no hand has chosen that, and what hands chose for windows is not for it.
+        let is_window = options.kiosk.is_none();
+        let memory = Memory::of(options.memory.clone().filter(|_| is_window));
         // A window's size fits in memory.
         let size = memory.size().map(|(w, h)| (w as usize, h as usize));
         options.size = options.size.or(size);

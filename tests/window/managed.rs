@@ -55,6 +55,26 @@ fn fullscreen_fills_the_screen_and_gives_back_size_and_place() {
 }
 
 #[test]
+fn a_kiosk_fills_the_screen_whatever_windows_had_and_leaves_that_alone() {
+    let Some(desk) = managed() else { return };
+    let file = desk.path("state/raybomb/window.json");
+    std::fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+    let whole = desk.render(&["--size", "1600x1200"]);
+    for remembered in [None, Some(r#"{"place":[210,140],"size":[500,400]}"#)] {
+        if let Some(text) = remembered {
+            std::fs::write(&file, text).expect("written");
+        }
+        let mut command = desk.program();
+        command.args(["view", "--kiosk", "scene.txt", "--steps"]);
+        let mut viewer = Viewer::start(&desk, &mut command);
+        viewer.shows(&whole, "all over the screen");
+        viewer.keys(&["q"]);
+        assert_eq!(viewer.ends().code(), Some(0));
+        assert_eq!(std::fs::read_to_string(&file).ok().as_deref(), remembered);
+    }
+}
+
+#[test]
 fn the_place_is_kept_with_the_frame_around_it_and_a_maximised_window_keeps_what_it_was() {
     let Some(desk) = managed() else { return };
     let open = || {

@@ -173,11 +173,7 @@ impl Overlay {
         let message = wish.message.iter().map(|text| Line::new("", text));
         let keys = Rc::clone(&self.sheet);
         if sheet {
-            let mut lines = Cow::from(&keys[..]);
-            if let Some(message) = message.into_iter().next() {
-                lines.to_mut()[0] = message;
-            }
-            add(lines, Place::Middle);
+            add(keys[..].into(), Place::Middle);
         } else {
             // Where there is no room above the bar, the number would hide it.
             let frame = bar.filter(|b| b.bar.top_px >= 2 * b.bar.height_px);
@@ -201,7 +197,12 @@ impl Overlay {
         for (i, ((lines, place), layout)) in panels.iter().zip(&layouts).enumerate() {
             let is_apart = |other: &Layout| layout.rect.is_apart(&other.rect);
             if sheet && matches!(place, Place::Middle) {
-                self.keep(lines, layout, extent(canvas));
+                // However long it is, the keys stay where they are.
+                let mut lines = lines.clone();
+                if let Some(message) = &wish.message {
+                    lines.to_mut()[0] = Line::new(message, "");
+                }
+                self.keep(&lines, layout, extent(canvas));
                 canvas.stamp((layout.rect.x, layout.rect.y), &self.kept.frame);
             } else if matches!(place, Place::Middle) || layouts[..i].iter().all(is_apart) {
                 self.panel(canvas, lines, layout);

@@ -84,17 +84,49 @@ fn views_and_kernels_go_round() {
 }
 
 #[test]
-fn esc_closes_the_sheet_then_leaves_fullscreen_then_quits() {
+fn esc_closes_the_sheet_and_the_split_then_leaves_fullscreen_then_quits() {
     let mut s = state();
     s.apply(Action::ToggleSheet);
+    s.apply(Action::ToggleSplit);
     s.apply(Action::ToggleFullscreen);
     assert_eq!(s.take_commands(), [Command::Fullscreen(true)]);
     s.apply(Action::Back);
-    assert!(!s.overlay().sheet);
+    assert!(!s.overlay().sheet && s.wish().split.is_some());
+    s.apply(Action::Back);
+    assert_eq!(s.wish().split, None);
     s.apply(Action::Back);
     assert_eq!(s.take_commands(), [Command::Fullscreen(false)]);
     s.apply(Action::Back);
     assert_eq!(s.take_commands(), [Command::Quit]);
+}
+
+#[test]
+fn a_click_takes_the_sheet_away_and_picks_nothing_below_it() {
+    let mut s = state();
+    for action in [Action::Pick((3.0, 3.0)), Action::Measure((3.0, 3.0))] {
+        s.apply(Action::ToggleSheet);
+        s.apply(action);
+        assert!(!s.overlay().sheet);
+        assert_eq!(s.take_commands(), []);
+    }
+    s.apply(Action::Pick((3.0, 3.0)));
+    assert_ne!(s.take_commands(), []);
+}
+
+#[test]
+fn letters_grow_and_shrink_within_limits_and_say_so() {
+    let mut s = state();
+    let mut size = |steps: i32, times: usize| {
+        for _ in 0..times {
+            s.apply(Action::Zoom(steps));
+        }
+        s.overlay().message.expect("a message")
+    };
+    assert_eq!(size(1, 1), "letters: 125 %");
+    assert_eq!(size(-1, 1), "letters: 100 %");
+    assert_eq!(size(-1, 9), "letters: 51 %, the smallest");
+    assert_eq!(size(1, 3), "letters: 100 %");
+    assert_eq!(size(1, 30), "letters: 596 %, the largest");
 }
 
 #[test]

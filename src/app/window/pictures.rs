@@ -17,6 +17,9 @@ impl Viewer {
     /// What is to be drawn over the picture now.
     pub(super) fn wanted_overlay(&self) -> (OverlayWish, Option<Vec<Line>>) {
         let board = self.opener.board(Instant::now());
+        // Between a scene and its first picture there is nothing else to see.
+        let last = self.drawn.1.as_ref().filter(|_| self.picture.is_none());
+        let board = board.or_else(|| last.cloned());
         let is_quiet = self.kiosk.is_some() && self.picture.is_some();
         let board = board.filter(|_| self.state.may_overlay() && !is_quiet);
         (self.state.overlay(), board)

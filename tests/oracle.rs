@@ -6,9 +6,9 @@ mod common;
 use common::{ball, look_at, scene};
 use glam::Vec3;
 use raybomb::camera::{Camera, View};
-use raybomb::frame::Hits;
+use raybomb::frame::{Frame, Hits};
 use raybomb::math::Random;
-use raybomb::render::{Engine, Progress, Renderer};
+use raybomb::render::{Engine, Progress, Renderer, Settings};
 use raybomb::scene::Scene;
 use raybomb::simd::Kernel;
 use raybomb::world::World;
@@ -370,6 +370,65 @@ fn tilted_triangles_that_all_cover_a_small_picture() {
         let name = format!("seed {seed}");
         let hit = compare(&renderers, &name, &scene(triangles), &camera, (16, 16));
         assert_eq!(hit, 16 * 16, "{name}");
+    }
+}
+
+/// Tiles that one triangle covers whole, with others behind it, before it, through it and in its plane; in pictures that
+/// end within a tile, a block and a unit. The pictures are shaded, too: that knows such tiles.
+#[test]
+fn tiles_that_one_triangle_covers() {
+    let renderers = renderers();
+    let mut random = Random::new(57);
+    let sizes = [(64, 64), (150, 131), (129, 70), (61, 203), (192, 128)];
+    for seed in 0..60 {
+        let plane = |random: &mut Random| {
+            let [x, y, z] = [0.4, 0.4, 2.0].map(|size| random.range(-size, size));
+            [(-90.0, -50.0), (90.0, -50.0), (0.0, 120.0)]
+                .map(|(px, py)| Vec3::new(px, py, x * px + y * py + z))
+        };
+        let mut triangles = vec![plane(&mut random)];
+        match seed % 4 {
+            1 => triangles.push(plane(&mut random)),
+            // The same again, its corners in another order: a tie everywhere.
+            2 => triangles.push({
+                let [a, b, c] = triangles[0];
+                [b, c, a]
+            }),
+            _ => {}
+        }
+        for _ in 0..[0, 0, 1, 5, 40, 40][seed % 6] {
+            let middle = random.point() * Vec3::new(1.5, 1.5, 3.0);
+            triangles.push([(); 3].map(|()| middle + random.point() * 0.2));
+        }
+        if seed % 5 == 0 {
+            triangles.reverse();
+        }
+        let scene = scene(triangles);
+        let eye = Vec3::new(random.range(-1.0, 1.0), random.range(-1.0, 1.0), 6.0);
+        let camera = look_at(eye, Vec3::ZERO, 0.4, 1.2);
+        let size = sizes[seed % sizes.len()];
+        let hit = compare(&renderers, &format!("{seed}"), &scene, &camera, size);
+        assert!(hit > size.0 * size.1 / 2, "{seed}: {hit} hits");
+
+        let world = World::compile(&scene);
+        let view = View::new(&camera, size.0, size.1);
+        let picture = |engine: Engine, kernel: Kernel| {
+            let settings = Settings {
+                engine,
+                kernel,
+                ..Settings::default()
+            };
+            let mut frame = Frame::default();
+            renderers[seed % renderers.len()]
+                .picture(&world, &view, &settings, &mut frame, &Progress::new())
+                .expect("nobody cancels");
+            frame
+        };
+        let expected = picture(Engine::Brute, Kernel::Scalar);
+        for kernel in Kernel::available() {
+            let same = picture(Engine::Fast, kernel) == expected;
+            assert!(same, "{seed}: another picture, {}", kernel.name());
+        }
     }
 }
 

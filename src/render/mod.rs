@@ -232,15 +232,15 @@ impl Renderer {
         frame.resize(view.width, view.height);
         let engine = EngineAtWork::new(world, view, settings.engine);
         let shader = settings.shader(world, view, engine.t_per_w());
-        let count_cost = settings.mode == ViewMode::Cost;
+        let wanted = Wanted::of(&shader);
         let plane = TiledPlane::new(&mut frame.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
             if out.x() >= columns.end || out.x() + out.width() <= columns.start {
                 return;
             }
-            let hit = engine.trace(tracer, settings.kernel, out.x(), out.y(), count_cost);
+            let hit = engine.trace(tracer, settings.kernel, out.x(), out.y(), wanted);
             clock.traced();
-            if hit || count_cost {
+            if hit || wanted == Wanted::Costs {
                 shader.shade(tracer.tile(), out);
             } else {
                 shade::background(settings.kernel, out);
@@ -266,7 +266,7 @@ impl Renderer {
         let engine = EngineAtWork::new(world, view, engine);
         let plane = TiledPlane::new(&mut hits.pixels, view.width, view.height, TILE);
         self.each_tile(&plane, progress, |tracer, out, clock| {
-            let hit = engine.trace(tracer, kernel, out.x(), out.y(), false);
+            let hit = engine.trace(tracer, kernel, out.x(), out.y(), Wanted::Hits);
             clock.traced();
             engine.write_hits(hit, tracer, kernel, out);
             clock.shaded();
@@ -298,7 +298,7 @@ impl Renderer {
         let mut times = Vec::with_capacity(plane.count());
         while let Some(mut out) = plane.next() {
             let start = Instant::now();
-            let hit = engine.trace(&mut tracer, kernel, out.x(), out.y(), false);
+            let hit = engine.trace(&mut tracer, kernel, out.x(), out.y(), Wanted::Hits);
             engine.write_hits(hit, &tracer, kernel, &mut out);
             times.push(start.elapsed());
         }
@@ -373,6 +373,30 @@ impl Clock {
     }
 }
 
+/// What is wanted of a tile.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    /// What each pixel hits.
+    Hits,
+    /// That, and the work that was done.
+    Costs,
+    /// What each pixel hits, or [`Tile::whole`](crate::trace::Tile::whole).
+    Whole,
+}
+
+impl Wanted {
+    /// By what colours it.
+    fn of(shader: &Shader<'_>) -> Wanted {
+        if shader.mode == ViewMode::Cost {
+            Wanted::Costs
+        } else if shader.knows_whole() {
+            Wanted::Whole
+        } else {
+            Wanted::Hits
+        }
+    }
+}
+
 /// An engine ready for one picture.
 struct EngineAtWork<'a> {
     bvh: &'a Bvh,
@@ -422,17 +446,18 @@ impl<'a> EngineAtWork<'a> {
         kernel: Kernel,
         x: usize,
         y: usize,
-        count_cost: bool,
+        wanted: Wanted,
     ) -> bool {
+        let space: TileSpace = self.rig.tile(x, y);
         match &self.kind {
-            Kind::Fast if count_cost => {
-                return tracer.trace::<probe::Counting>(kernel, self.bvh, &self.rig.tile(x, y));
-            }
             Kind::Fast => {
-                return tracer.trace::<probe::Silent>(kernel, self.bvh, &self.rig.tile(x, y));
+                return match wanted {
+                    Wanted::Hits => tracer.trace::<probe::Silent>(kernel, self.bvh, &space),
+                    Wanted::Costs => tracer.trace::<probe::Counting>(kernel, self.bvh, &space),
+                    Wanted::Whole => tracer.trace_whole::<probe::Silent>(kernel, self.bvh, &space),
+                };
             }
             Kind::Brute(corners) => {
-                let space: TileSpace = self.rig.tile(x, y);
                 brute::trace(corners, &self.bvh.file_ids, &space, tracer.cleared_tile());
             }
             Kind::Report(_) => {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Engine, EngineAtWork, Renderer};
+use super::{Engine, EngineAtWork, Renderer, Wanted};
 use crate::camera::View;
 use crate::color::Rgb;
 use crate::geometry::unit_normal;
@@ -50,7 +50,7 @@ impl Renderer {
             .unwrap_or_else(|poisoned| poisoned.into_inner());
         let (x0, y0) = (x - x % TILE, y - y % TILE);
         let has_hits = if engine.goes_by_tiles() {
-            engine.trace(&mut tracer, kernel, x0, y0, false)
+            engine.trace(&mut tracer, kernel, x0, y0, Wanted::Hits)
         } else {
             // A whole tile may take minutes.
             let pixel = [(x - x0, y - y0)];

@@ -8,11 +8,11 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::{EngineAtWork, Renderer, Settings};
+use super::{EngineAtWork, Renderer, Settings, Wanted};
 use crate::camera::View;
 use crate::frame::Frame;
 use crate::raw::PlaneTile;
-use crate::shade::ViewMode;
+use crate::simd::Kernel;
 use crate::trace::{TILE, Tracer};
 use crate::world::World;
 
@@ -211,6 +211,7 @@ impl Renderer {
         }
         let engine = EngineAtWork::new(world, &view, settings.engine);
         let shader = settings.shader(world, &view, engine.t_per_w());
+        let wanted = Wanted::of(&shader);
         self.pool.broadcast(|thread| {
             let mut tracer = lock(&self.tracers[thread.index()]);
             let mut colors = Vec::new();
@@ -218,7 +219,7 @@ impl Renderer {
                 let Some((index, job)) = lock(sketch).take() else {
                     break;
                 };
-                let done = engine.job(&mut tracer, &settings, &job, go_on);
+                let done = engine.job(&mut tracer, settings.kernel, wanted, &job, go_on);
                 if !done {
                     lock(sketch).jobs[index] = State::Open;
                     break;
@@ -239,13 +240,13 @@ impl EngineAtWork<'_> {
     fn job(
         &self,
         tracer: &mut Tracer,
-        settings: &Settings,
+        kernel: Kernel,
+        wanted: Wanted,
         job: &Job,
         go_on: &impl Fn() -> bool,
     ) -> bool {
         if self.goes_by_tiles() {
-            let count_cost = settings.mode == ViewMode::Cost;
-            self.trace(tracer, settings.kernel, job.x, job.y, count_cost);
+            self.trace(tracer, kernel, job.x, job.y, wanted);
             return true;
         }
         self.trace_pixels(tracer.cleared_tile(), job.x, job.y, &job.pixels(), go_on)
@@ -262,6 +263,7 @@ mod tests {
     use super::*;
     use crate::demo;
     use crate::render::{Engine, Progress};
+    use crate::shade::ViewMode;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// The bomb's corner of a picture that is no multiple of a tile.

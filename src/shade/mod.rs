@@ -154,9 +154,15 @@ impl<'a> Shader<'a> {
         }
     }
 
+    /// Whether [`Shader::shade`] also colours a tile by its [`Tile::whole`].
+    #[must_use]
+    pub fn knows_whole(&self) -> bool {
+        (self.mode, self.reflection) == (ViewMode::Shaded, Reflection::Mirror)
+    }
+
     /// Colours one tile.
     pub fn shade(&self, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
-        if (self.mode, self.reflection) == (ViewMode::Shaded, Reflection::Mirror) {
+        if self.knows_whole() {
             return reflection::mirror(self, tile, out);
         }
         let mut rows: BlockRow = [[0; TILE]; 4];

@@ -104,8 +104,14 @@ fn mirror_unit<S: Lanes>(
     let records = shader.world.mirror_records();
     let nothing = S::u32s::splat(simd, 0);
     let ids = S::u32s::from_slice(simd, &tile.id[at..at + lanes::<S>()]);
-    let first = tile.id[at];
-    let uniform = ids.simd_eq(S::u32s::splat(simd, first)).all_true();
+    let (first, uniform) = match tile.whole {
+        Some(whole) => (whole.id, true),
+        None => {
+            let first = tile.id[at];
+            let same = ids.simd_eq(S::u32s::splat(simd, first));
+            (first, same.all_true())
+        }
+    };
     if uniform {
         // One triangle, or none: its colour is taken apart once.
         let Some(&[x, y, z, c]) = records.get(first as usize) else {
@@ -145,13 +151,15 @@ fn mirrored<S: Lanes>(simd: S, m: [S::f32s; 3], rgb: [S::f32s; 3], a: [S::f32s; 
     let cosine = ((m[0] * a[0] + m[1] * a[1]) + m[2] * a[2]) / length;
     let shown = (splat!(1.0) - cosine) * splat!(0.5);
     let shown = shown.max(splat!(0.0)).min(splat!(1.0));
+    // With 2²³ added, which rounds to whole numbers, halves to even, the number is in the lowest bits, below those of the
+    // exponent.
     macro_rules! channel {
-        ($channel:expr) => {{
-            let c: S::i32s = (shown * $channel).round_ties_even().to_int();
-            c.bitcast::<S::u32s>()
-        }};
+        ($channel:expr) => {
+            (shown * $channel + splat!(8_388_608.0)).bitcast::<S::u32s>()
+        };
     }
-    channel!(rgb[0]) << 16 | channel!(rgb[1]) << 8 | channel!(rgb[2])
+    let pixels = channel!(rgb[0]) << 16 | channel!(rgb[1]) << 8 | channel!(rgb[2]);
+    pixels & S::u32s::splat(simd, 0xff_ffff)
 }
 
 /// The formula that the report prints, `r = 3a − 2(a·n)n` for unit `n`: then `L·r = (3L − 2(L·n)n)·a` and

@@ -7,7 +7,7 @@
 use super::exact::{self, PixelRay};
 use super::raster::SPECK;
 use super::space::{HALF, ROUNDOFF, TILE, Uvw};
-use super::tile::{BLOCKS, PIXELS, TABLES, Tile};
+use super::tile::{BLOCKS, PIXELS, TABLES, Tile, Whole};
 use crate::bvh::Leaf;
 use crate::simd::{Lanes, Select, SimdBase, SimdMask, VertexScratch, lanes, load, store};
 
@@ -36,6 +36,21 @@ pub const MOST_PAIRS: usize = 1024;
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub struct Setup(pub [[f32; 16]; ROWS]);
+
+impl Setup {
+    /// The triangle of a lane as what covers all blocks up to column and row `last`; none where its 1/w may be zero.
+    #[inline(always)]
+    pub fn whole(&self, lane: usize, last: [usize; 2]) -> Option<Whole> {
+        let row = |i: usize| self.0[i][lane & 15];
+        (row(LOW) > 0.0).then(|| Whole {
+            id: row(ID).to_bits(),
+            depth: [row(DEPTH), row(DEPTH + 1), row(DEPTH + 2)],
+            low: row(LOW),
+            high: row(HIGH),
+            last,
+        })
+    }
+}
 
 /// Where a leaf's intermediate results live between leaves.
 #[derive(Clone, Debug)]

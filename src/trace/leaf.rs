@@ -116,7 +116,9 @@ pub fn trace<S: Lanes, P: Probe>(
     while left != 0 {
         let lane = left.trailing_zeros() as usize & 15;
         left &= left - 1;
-        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile);
+        let is_blank = tile.touched | dirty == 0;
+        let blank = is_blank.then(|| context.space.last.map(|last| usize::from(last) / 4));
+        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile, blank);
     }
     stages.coverage += watch.lap::<P>();
     dirty

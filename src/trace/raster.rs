@@ -5,6 +5,7 @@ use super::coverage::{
     Scratch, cover, cover_unit, min3, rows_of_unit,
 };
 use super::doubt;
+use super::frustum::block_mask;
 use super::space::{HALF, ROUNDOFF, TILE};
 use super::tile::{BLOCKS, FLOORS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
@@ -403,7 +404,8 @@ pub fn units<S: Lanes>(
     (first, [last[0] - first[0], last[1] - first[1]])
 }
 
-/// A triangle that is not small.
+/// A triangle that is not small. `blank`: the last column and row of 4x4 blocks of the picture in this tile, if no other
+/// triangle has won a pixel of it.
 #[inline(always)]
 pub fn large_triangle<S: Lanes>(
     simd: S,
@@ -411,6 +413,7 @@ pub fn large_triangle<S: Lanes>(
     lane: usize,
     scratch: &Scratch,
     tile: &mut Tile,
+    blank: Option<[usize; 2]>,
 ) -> u64 {
     let who = Candidate {
         job,
@@ -451,6 +454,17 @@ pub fn large_triangle<S: Lanes>(
         if bx > x1 {
             (bx, by) = (x0, by + 1);
         }
+    }
+    let count = |blocks: &[u64; BLOCKS / 4]| blocks.iter().map(|b| b.count_ones()).sum::<u32>();
+    if blank == Some([x1, y1])
+        && count(&full) as usize == (x1 + 1) * (y1 + 1)
+        && let Some(whole) = scratch.setup.whole(lane, [x1, y1])
+    {
+        tile.take_whole(simd, whole);
+        return block_mask([0, x1 as u32 / 2, 0, y1 as u32 / 2]);
+    }
+    if tile.whole.is_some() && count(&full) + count(&part) > 0 {
+        tile.write_out(simd);
     }
     for (rows, &blocks) in full.iter().enumerate() {
         let mut left = blocks;

@@ -2,7 +2,7 @@
 
 use super::space::{HALF, TILE};
 use crate::frame::MISS;
-use crate::simd::{Lanes, SimdBase, f32x4, transpose4};
+use crate::simd::{Lanes, SimdBase, f32x4, lanes, load, store, transpose4};
 
 /// Blocks of 4x4 pixels in a row of a tile.
 pub const BLOCKS: usize = TILE / 4;
@@ -30,6 +30,39 @@ pub struct Tile {
     pub floor: [f32; FLOORS],
     /// The 8x8 blocks that may hold a hit, as bits, row by row: all others are as cleared.
     pub touched: u64,
+    /// The triangle that all of the picture's pixels in this tile show, while it is not written into `z` and `id`: it is
+    /// before [`Tile::write_out`].
+    pub whole: Option<Whole>,
+}
+
+/// A triangle that covers all of the picture's pixels in a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whole {
+    /// In leaf order.
+    pub id: u32,
+    /// 1/w at a pixel is u·x′ + (v·y′ + w), not below `low` and not above `high`.
+    pub depth: [f32; 3],
+    /// Above zero.
+    pub low: f32,
+    /// At least `low`.
+    pub high: f32,
+    /// The last column and row of 4x4 blocks.
+    pub last: [usize; 2],
+}
+
+impl Whole {
+    /// 1/w at some pixels.
+    #[inline(always)]
+    fn depth_at<S: Lanes>(&self, simd: S, x: S::f32s, y: S::f32s) -> S::f32s {
+        macro_rules! splat {
+            ($x:expr) => {
+                S::f32s::splat(simd, $x)
+            };
+        }
+        let [u, v, w] = self.depth;
+        let z = splat!(u) * x + (splat!(v) * y + splat!(w));
+        z.max(splat!(self.low)).min(splat!(self.high))
+    }
 }
 
 impl Tile {
@@ -42,6 +75,7 @@ impl Tile {
             cost: [0; BLOCKS * BLOCKS],
             floor: [0.0; FLOORS],
             touched: 0,
+            whole: None,
         })
     }
 
@@ -51,6 +85,10 @@ impl Tile {
         if self.touched != 0 {
             self.floor.fill(0.0);
         }
+        if self.whole.take().is_some() {
+            // It was not written, and nothing else was.
+            self.touched = 0;
+        }
         while self.touched != 0 {
             let at = self.touched.trailing_zeros() as usize * 64;
             self.touched &= self.touched - 1;
@@ -59,9 +97,56 @@ impl Tile {
         }
     }
 
+    /// Takes `whole`, the first triangle of a tile, whose pixels need not be written unless another one is seen.
+    #[inline(always)]
+    pub fn take_whole<S: Lanes>(&mut self, simd: S, whole: Whole) {
+        // Rounded sums grow with x′ and y′ as exact ones do: 1/w is least at one corner of each block.
+        let [across, down] = [0, 1].map(|k| if whole.depth[k] > 0.0 { -1.5 } else { 1.5 });
+        for by in 0..=whole.last[1] {
+            let y = S::f32s::splat(simd, TABLES.centre[by] + down);
+            for bx in (0..BLOCKS).step_by(lanes::<S>()) {
+                let x = load(simd, &TABLES.centre, bx) + S::f32s::splat(simd, across);
+                let least = whole.depth_at(simd, x, y);
+                store::<S>(least, &mut self.floor, by * BLOCKS + bx);
+            }
+            // Outside of the picture nothing is held.
+            self.floor[by * BLOCKS + whole.last[0] + 1..(by + 1) * BLOCKS].fill(0.0);
+        }
+        self.whole = Some(whole);
+    }
+
+    /// Writes the hits of [`Tile::whole`] to the pixels.
+    #[inline(always)]
+    pub fn write_out<S: Lanes>(&mut self, simd: S) {
+        let Some(whole) = self.whole.take() else {
+            return;
+        };
+        let id = S::u32s::splat(simd, whole.id);
+        for by in 0..=whole.last[1] {
+            for bx in 0..=whole.last[0] {
+                let block = TABLES.block(bx, by);
+                let mut first = 0;
+                while first < 16 {
+                    let x = load(simd, &TABLES.x[bx], first);
+                    let y = load(simd, &TABLES.y[by], first);
+                    let at = block + first;
+                    store::<S>(whole.depth_at(simd, x, y), &mut self.z, at);
+                    id.store_slice(&mut self.id[at..at + lanes::<S>()]);
+                    first += lanes::<S>();
+                }
+            }
+        }
+    }
+
     /// Brings [`Tile::floor`] up to date for an 8x8 block; the smallest `z` in it.
     #[inline(always)]
     pub fn renew_floor<S: Lanes>(&mut self, simd: S, block: usize) -> f32 {
+        if self.whole.is_some() {
+            let at = (block / 8 * 2 * BLOCKS + block % 8 * 2) & (BLOCKS * BLOCKS - 1);
+            let below = (at + BLOCKS) & (BLOCKS * BLOCKS - 1);
+            let (above, below) = (&self.floor[at..at + 2], &self.floor[below..below + 2]);
+            return (above[0].min(above[1])).min(below[0].min(below[1]));
+        }
         let z = &self.z[block * 64..block * 64 + 64];
         macro_rules! row {
             ($i:expr) => {

@@ -226,6 +226,25 @@ impl Tracer {
     /// # Panics
     /// When this CPU lacks `kernel`.
     pub fn trace<P: Probe>(&mut self, kernel: Kernel, bvh: &Bvh, space: &TileSpace) -> bool {
+        self.trace_tile::<P>(kernel, bvh, space, false)
+    }
+
+    /// The same, but where one triangle is all there is, [`Tile::whole`] may tell.
+    ///
+    /// # Panics
+    /// When this CPU lacks `kernel`.
+    pub fn trace_whole<P: Probe>(&mut self, kernel: Kernel, bvh: &Bvh, space: &TileSpace) -> bool {
+        self.trace_tile::<P>(kernel, bvh, space, true)
+    }
+
+    #[inline(never)]
+    fn trace_tile<P: Probe>(
+        &mut self,
+        kernel: Kernel,
+        bvh: &Bvh,
+        space: &TileSpace,
+        may_be_whole: bool,
+    ) -> bool {
         if !bvh.nodes.is_empty() && !is_tame(bvh, space) {
             brute::trace(&bvh.corners(), &bvh.file_ids, space, self.cleared_tile());
             return true;
@@ -241,6 +260,9 @@ impl Tracer {
             // Here, where stores are wide.
             self.tile.clear();
             self.walk::<_, P>(simd, bvh, space);
+            if !may_be_whole {
+                self.tile.write_out(simd);
+            }
         });
         self.tile.touched != 0
     }
@@ -301,7 +323,10 @@ impl Tracer {
             };
             let seen = match entry.part() {
                 Part::Blocks(blocks) => horizon.sees(simd, entry.near, blocks, tile),
-                Part::Spot(spot) => !is_hidden(tile, spot, -entry.near),
+                Part::Spot(spot) => {
+                    tile.write_out(simd);
+                    !is_hidden(tile, spot, -entry.near)
+                }
             };
             if !seen {
                 continue;
@@ -319,6 +344,7 @@ impl Tracer {
                         old &= old - 1;
                     }
                 }
+                tile.write_out(simd);
                 context.tile_far = horizon.tile_far;
                 let leaf = bvh.leaf(entry.child.index());
                 stages.traversal += watch.lap::<P>();

@@ -56,6 +56,11 @@ impl List {
         (&self.turns[..turns], base.map(rounded))
     }
 
+    /// True when both are the same moves, whatever of them is recorded.
+    fn has_moves_of(&self, other: &List) -> bool {
+        (&self.turns, self.base) == (&other.turns, other.base)
+    }
+
     /// Leaves the recorded part. False when there is nothing else.
     fn drop_on_top(&mut self) -> bool {
         let (turns, base) = self.recorded;
@@ -285,7 +290,8 @@ impl Moves {
     /// True when nothing was done since the last save, or ever.
     #[must_use]
     pub fn is_as_saved(&self) -> bool {
-        self.revision == self.saved.revision && !self.saved.is_part
+        let is_same = self.list.has_moves_of(&self.saved.list);
+        (is_same || self.revision == self.saved.revision) && !self.saved.is_part
     }
 
     /// True when nothing is left of what the hand did.

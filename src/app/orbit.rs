@@ -254,8 +254,8 @@ fn normal(camera: &Camera) -> DVec3 {
         .normalize_or_zero()
 }
 
-/// How far away the pivot is along the view. Where it lies beside or behind the eye: its plain distance, or
-/// the plane's, so that a dolly always moves.
+/// How far away the pivot is along the view. Where it lies beside or behind the eye: how far beside, or how far
+/// away the plane is, so that a dolly always moves, and never faster and faster.
 fn depth(camera: &Camera, pivot: DVec3) -> f64 {
     let to_pivot = pivot - camera.eye;
     let to_plane = (camera.top_right + camera.bottom_left) * 0.5 - camera.eye;
@@ -263,7 +263,8 @@ fn depth(camera: &Camera, pivot: DVec3) -> f64 {
     if along > 1e-3 * to_plane.length() {
         along
     } else {
-        to_pivot.length().max(to_plane.length())
+        let beside = to_pivot - view_dir(camera) * along;
+        beside.length().max(to_plane.length())
     }
 }
 
@@ -428,6 +429,16 @@ mod tests {
         for pivot in [camera().eye, DVec3::new(0.0, 0.0, 9.0)] {
             assert!(dolly(&camera(), pivot, 1.0).z < 0.0, "pivot {pivot}");
         }
+    }
+
+    #[test]
+    fn dolly_through_the_pivot_does_not_run_away() {
+        let mut c = camera();
+        for _ in 0..1000 {
+            c = moved(c, dolly(&c, DVec3::ZERO, 1.0));
+        }
+        // The plane is 4 away from the eye.
+        assert!((-1000.0 * 0.05 * 4.0..0.0).contains(&c.eye.z), "{}", c.eye);
     }
 
     #[test]

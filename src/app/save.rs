@@ -3,9 +3,11 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::{self, JoinHandle};
 use std::time::SystemTime;
 
-use super::loader::Source;
+use super::loader::{Source, why_not};
 use super::state::Document;
 use crate::export::{write_new, write_whole};
 use crate::scene;
@@ -50,7 +52,10 @@ impl Stamp {
 /// When the text cannot be read or is no scene any more, and when the file cannot be written.
 pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let text = match source {
-        Source::File(path) => fs::read(path)?,
+        Source::File(path) => fs::read(path).map_err(|e| {
+            let words = format!("cannot read {}: {}", path.display(), why_not(&e));
+            io::Error::new(e.kind(), words)
+        })?,
         Source::Text { text, .. } => text.to_vec(),
         Source::Demo(demo) => {
             let mut text = Vec::new();
@@ -62,7 +67,10 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let text = scene::with_moves(&text, document.camera, &document.operations)?;
     let (folder, stem) = match source {
         Source::File(path) if !document.new_name => {
-            write_whole(path, |out| out.write_all(&text))?;
+            write_whole(path, |out| out.write_all(&text)).map_err(|e| {
+                let words = format!("{}: {}", path.display(), why_not(&e));
+                io::Error::new(e.kind(), words)
+            })?;
             let path = path.clone();
             return Ok(Saved { path, text, from });
         }
@@ -86,6 +94,70 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let here = folder == Path::new(".");
     let path = if here { name.into() } else { folder.join(name) };
     Ok(Saved { path, text, from })
+}
+
+/// A scene to save.
+#[derive(Debug)]
+pub struct Job {
+    /// The number of the scene.
+    pub opened: u64,
+    /// Where it comes from, or was saved last as far as is known.
+    pub origin: Source,
+    /// What to write.
+    pub document: Document,
+}
+
+/// Saves scenes one after the other, on a thread of its own: the last one is what a file has in the end, and one that follows
+/// on a new name goes to the new file.
+#[derive(Debug)]
+pub struct Saver {
+    jobs: Option<Sender<Job>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Saver {
+    /// `tell` is called by its thread, with each job that is done.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn start(tell: impl Fn(Job, io::Result<Saved>) + Send + 'static) -> io::Result<Saver> {
+        let (jobs, to_do) = channel::<Job>();
+        let work = move || {
+            let mut last: Option<(u64, PathBuf)> = None;
+            for job in to_do {
+                let origin = match &last {
+                    Some((opened, path)) if *opened == job.opened => Source::File(path.clone()),
+                    _ => job.origin.clone(),
+                };
+                let result = save(&origin, &job.document);
+                if let Ok(saved) = &result {
+                    last = Some((job.opened, saved.path.clone()));
+                }
+                tell(job, result);
+            }
+        };
+        let thread = thread::Builder::new().name("saver".into()).spawn(work)?;
+        Ok(Saver {
+            jobs: Some(jobs),
+            thread: Some(thread),
+        })
+    }
+
+    /// Will save.
+    pub fn save(&self, job: Job) {
+        // Its thread ends with it, not before.
+        if let Some(jobs) = &self.jobs {
+            let _ = jobs.send(job);
+        }
+    }
+
+    /// Waits until everything is saved; nothing can be saved afterwards.
+    pub fn finish(&mut self) {
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
 }
 
 /// The name without the number that a save under a new name gave it: the next one counts on. From 1000 on it may be a
@@ -143,6 +215,45 @@ mod tests {
     }
 
     #[test]
+    fn saves_come_one_after_the_other_and_follow_a_new_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        fs::write(&path, TEXT).expect("written");
+        let (send, done) = channel();
+        let mut saver = Saver::start(move |job, result| {
+            let path = result.map(|saved| saved.path);
+            let _ = send.send((job.opened, path.map_err(|e| e.to_string())));
+        })
+        .expect("a thread");
+        // Nobody waits for what the one before says.
+        for (opened, new_name) in [(1, true), (1, false), (2, false), (1, true)] {
+            saver.save(Job {
+                opened,
+                origin: Source::File(path.clone()),
+                document: document(new_name),
+            });
+        }
+        saver.finish();
+        let names = done.iter().map(|(opened, path)| {
+            let path = path.expect("saved");
+            (
+                opened,
+                path.file_name().map(|n| n.to_owned()).expect("a name"),
+            )
+        });
+        let expected = [
+            (1, "a-0001.txt"),
+            (1, "a-0001.txt"),
+            (2, "a.txt"),
+            (1, "a-0002.txt"),
+        ];
+        assert_eq!(
+            names.collect::<Vec<_>>(),
+            expected.map(|(n, name)| (n, name.into()))
+        );
+    }
+
+    #[test]
     fn only_our_own_numbers_are_left_out_of_a_new_name() {
         assert_eq!(unnumbered("gears-0012"), "gears");
         for own in ["gears", "gears-12", "gears-001a", "gears-2026", "-0001"] {
@@ -155,7 +266,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         let source = Source::File(path.clone());
-        assert!(save(&source, &document(false)).is_err());
+        let error = save(&source, &document(false)).expect_err("no file");
+        let words = format!("cannot read {}: no such file", path.display());
+        assert_eq!(error.to_string(), words);
         fs::write(&path, "<d 0 0").expect("written");
         let error = save(&source, &document(false)).expect_err("no scene");
         assert!(error.to_string().starts_with("it is no scene any more: 1:"));

@@ -36,13 +36,15 @@ pub struct Session {
 }
 
 impl Session {
-    /// Plays `play` (`-`: the standard input), whose lines come through `send`, and records to `record`.
+    /// Plays `play` (`-`: the standard input), whose lines come through `send`, and records to `record`, which may be neither
+    /// that nor the `scene`.
     ///
     /// # Errors
     /// When a file cannot be opened.
     pub fn open(
         play: Option<&Path>,
         record: Option<&Path>,
+        scene: Option<&Path>,
         send: impl Fn(NextLine) + Send + 'static,
     ) -> Result<Session, AppError> {
         let broken = |what: &str, path: &Path, why: &dyn fmt::Display| AppError::Broken {
@@ -63,6 +65,13 @@ impl Session {
             session.player = Some(Player::default());
         }
         if let Some(path) = record {
+            let file = path.canonicalize();
+            let is = |other: &Path| file.as_ref().ok() == other.canonicalize().ok().as_ref();
+            for (read, what) in [(scene, "the scene"), (play, "the script that is played")] {
+                if file.is_ok() && read.is_some_and(is) {
+                    return Err(broken("write", path, &format!("it is {what}")));
+                }
+            }
             let file = File::create(path).map_err(|e| broken("write", path, &e))?;
             session.recorder = Some(Recorder::new(Box::new(file)));
         }

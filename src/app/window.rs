@@ -36,6 +36,7 @@ use super::opener::{Heard, Opener};
 use super::overlay::{Line, Overlay};
 use super::pace::Pace;
 use super::painter::{Notice, Painter, Picture};
+use super::save::Saver;
 use super::screen::Stage;
 use super::session::{NextLine, Session, print};
 use super::state::{Command, OverlayWish, State};
@@ -147,6 +148,8 @@ struct Viewer {
     said_too_large: bool,
     /// Time starts with the first picture.
     epoch: Option<Instant>,
+    saver: Saver,
+    /// Pictures.
     saving: Vec<JoinHandle<()>>,
     outcome: Result<(), AppError>,
 }
@@ -168,10 +171,21 @@ impl Viewer {
         state.set_keymap(Arc::clone(&keymap));
         // Sending fails when the loop has ended: nobody waits any more.
         let to_loop = proxy.clone();
-        let play = options.play_actions.as_deref();
-        let session = Session::open(play, options.record_actions.as_deref(), move |line| {
+        let (play, record) = (&options.play_actions, &options.record_actions);
+        let scene = match &options.source {
+            Source::File(path) => Some(path.as_path()),
+            _ => None,
+        };
+        let (play, record) = (play.as_deref(), record.as_deref());
+        let session = Session::open(play, record, scene, move |line| {
             let _ = to_loop.send_event(Message::Script(line));
         })?;
+        let to_loop = proxy.clone();
+        let saver = Saver::start(move |job, result| {
+            let ending = scene::SaveEnding { job, result };
+            let _ = to_loop.send_event(Message::SceneSaved(Box::new(ending)));
+        })
+        .map_err(|e| threads_failed(format!("the system gives no thread: {e}")))?;
         let to_loop = proxy.clone();
         let painter = Painter::start(renderer, move |notice| {
             let _ = to_loop.send_event(Message::Painter(notice));
@@ -226,6 +240,7 @@ impl Viewer {
             to_be_saved: false,
             said_too_large: false,
             epoch: None,
+            saver,
             saving: Vec::new(),
             outcome: Ok(()),
         })

@@ -98,8 +98,17 @@ impl Tile {
     }
 
     /// Takes `whole`, the first triangle of a tile, whose pixels need not be written unless another one is seen.
-    #[inline(always)]
+    #[cold]
+    #[inline(never)]
     pub fn take_whole<S: Lanes>(&mut self, simd: S, whole: Whole) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.take_whole_on(simd, whole),
+        );
+    }
+
+    #[inline(always)]
+    fn take_whole_on<S: Lanes>(&mut self, simd: S, whole: Whole) {
         // Rounded sums grow with x′ and y′ as exact ones do: 1/w is least at one corner of each block.
         let [across, down] = [0, 1].map(|k| if whole.depth[k] > 0.0 { -1.5 } else { 1.5 });
         for by in 0..=whole.last[1] {
@@ -115,12 +124,25 @@ impl Tile {
         self.whole = Some(whole);
     }
 
-    /// Writes the hits of [`Tile::whole`] to the pixels.
+    /// Writes the hits of [`Tile::whole`], if there is one, to the pixels.
     #[inline(always)]
     pub fn write_out<S: Lanes>(&mut self, simd: S) {
-        let Some(whole) = self.whole.take() else {
-            return;
-        };
+        if let Some(whole) = self.whole.take() {
+            self.write(simd, whole);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn write<S: Lanes>(&mut self, simd: S, whole: Whole) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.write_on(simd, whole),
+        );
+    }
+
+    #[inline(always)]
+    fn write_on<S: Lanes>(&mut self, simd: S, whole: Whole) {
         let id = S::u32s::splat(simd, whole.id);
         for by in 0..=whole.last[1] {
             for bx in 0..=whole.last[0] {

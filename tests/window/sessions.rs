@@ -221,3 +221,19 @@ fn sessions_settle_with_all_samples_while_playing_and_after_another_scene() {
     let options = ["--size", "320x240", "--aa", "8"];
     viewer.shows(&desk.render_file("scenery.txt", &options), "the next scene");
 }
+
+#[test]
+fn what_is_read_is_not_recorded_over() {
+    let Some(desk) = Desk::new() else { return };
+    std::fs::write(desk.path("script"), "settle\nquit\n").expect("written");
+    for (record, what) in [("scene.txt", "the scene"), ("./script", "the script")] {
+        let before = std::fs::read(desk.path(record)).expect("read");
+        let mut command = desk.program();
+        command.args(["view", "scene.txt", "--play-actions", "script"]);
+        command.args(["--record-actions", record]);
+        let output = command.output().expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains(what), "{said}");
+        assert!(std::fs::read(desk.path(record)).expect("read") == before);
+    }
+}

@@ -140,10 +140,7 @@ mod tests {
         assert_eq!((back.wish(), back.frame()), (s.wish(), s.frame()));
         assert_eq!(back.kept(), s.kept());
         s.apply(Action::Undo);
-        assert!(
-            s.kept().is_some(),
-            "not what the file has, as far as is known"
-        );
+        assert_eq!(s.kept(), None, "what the file has, again");
     }
 
     #[test]

@@ -177,6 +177,7 @@ impl ApplicationHandler<Message> for Viewer {
     fn exiting(&mut self, _event_loop: &ActiveEventLoop) {
         // The surface and the window go before the connection that they live on; files are finished.
         self.stage = Stage::Waiting;
+        self.saver.finish();
         for thread in self.saving.drain(..) {
             let _ = thread.join();
         }

@@ -1,7 +1,7 @@
 //! Pictures on their way: ordered, taken, shown with what lies over them, saved.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use winit::event_loop::ActiveEventLoop;
 
@@ -10,7 +10,7 @@ use crate::app::overlay::{Line, Told};
 use crate::app::pace::Moment;
 use crate::app::painter::Picture;
 use crate::app::state::OverlayWish;
-use crate::app::{backend, panics, screenshot};
+use crate::app::{backend, panics, screenshot, script};
 use crate::render::Samples;
 
 impl Viewer {
@@ -95,6 +95,10 @@ impl Viewer {
         }
         if self.epoch.is_none() {
             self.epoch = Some(Instant::now());
+            // The same session needs a window of the same size: far below 2^32 pixels.
+            let (width, height) = self.state.size_px();
+            let size = script::Line::Resize(width as u32, height as u32);
+            self.note(Duration::ZERO, size);
             if let Some(screen) = self.stage.screen() {
                 backend::take_keyboard(&screen.window);
             }

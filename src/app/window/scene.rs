@@ -8,12 +8,12 @@ use std::time::Instant;
 use winit::event_loop::ActiveEventLoop;
 
 use super::session::Held;
-use super::{Message, Viewer, physical, report, title};
+use super::{Viewer, physical, report, title};
 use crate::app::AppError;
 use crate::app::journal::Ground;
 use crate::app::loader::{Loaded, Source};
 use crate::app::opener::{Heard, Outcome};
-use crate::app::save::{Saved, save};
+use crate::app::save::{Job, Saved};
 use crate::app::scenes::first_scene;
 use crate::app::state::{Command, Document, Subject};
 use crate::app::statistics::Statistics;
@@ -23,11 +23,8 @@ use crate::world::World;
 /// How saving a scene ended.
 #[derive(Debug)]
 pub(super) struct SaveEnding {
-    /// The number of the scene.
-    opened: u64,
-    /// What was to be written.
-    document: Document,
-    result: io::Result<Saved>,
+    pub(super) job: Job,
+    pub(super) result: io::Result<Saved>,
 }
 
 impl Viewer {
@@ -156,28 +153,20 @@ impl Viewer {
 
     /// Saves the scene with the hand's moves, on a thread of its own.
     pub(super) fn save_scene(&mut self, document: Document) {
-        let (origin, opened) = (self.origin.clone(), self.opened);
-        let proxy = self.proxy.clone();
         self.pending += 1;
         self.opener.begin_saving();
-        self.saving.push(std::thread::spawn(move || {
-            let result = save(&origin, &document);
-            let ending = SaveEnding {
-                opened,
-                document,
-                result,
-            };
-            // Fails when the loop has ended: the file is there all the same.
-            let _ = proxy.send_event(Message::SceneSaved(Box::new(ending)));
-        }));
+        self.saver.save(Job {
+            opened: self.opened,
+            origin: self.origin.clone(),
+            document,
+        });
     }
 
     pub(super) fn scene_saved(&mut self, ending: SaveEnding) {
-        let SaveEnding {
-            opened,
-            document,
-            result,
-        } = ending;
+        let SaveEnding { job, result } = ending;
+        let Job {
+            opened, document, ..
+        } = job;
         self.pending -= 1;
         let is_open = opened == self.opened;
         let name = match &result {

@@ -4,6 +4,7 @@
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
 use super::{BlockRow, Shader, dot, pixel};
+use crate::frame::MISS;
 use crate::raw::{PlaneTile, streamed};
 use crate::simd::{
     Bytes, Lanes, Select, SimdBase, SimdFloat, SimdInt, SimdMask, dispatch, lanes, load,
@@ -51,6 +52,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         ];
     }
     let mut rows: BlockRow = [[0; TILE]; 4];
+    let mut known = Surface::none(simd);
     let width = out.width();
     for by in 0..out.height().div_ceil(4) {
         let touched = tile.touched_in_row(by);
@@ -71,7 +73,8 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
                         down[2] + across[2],
                     ];
                     let at = (block_offset(bx, by) & 0xff0) + first;
-                    mirror_unit(simd, shader, tile, at, a).store_slice(&mut pixels[..lanes::<S>()]);
+                    mirror_unit(simd, shader, tile, at, a, &mut known)
+                        .store_slice(&mut pixels[..lanes::<S>()]);
                 }
                 let units = pixels[..lanes::<S>()].chunks_exact(4);
                 for (row, four) in rows[first / 4..].iter_mut().zip(units) {
@@ -87,7 +90,30 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
     streamed();
 }
 
-/// The pixels at memory places `at..` of the tile, as many as there are lanes; `a`: their rays' directions.
+/// A triangle in all lanes.
+struct Surface<S: Lanes> {
+    /// In leaf order.
+    id: u32,
+    /// Where the light is mirrored to.
+    m: [S::f32s; 3],
+    rgb: [S::f32s; 3],
+}
+
+impl<S: Lanes> Surface<S> {
+    /// No triangle.
+    #[inline(always)]
+    fn none(simd: S) -> Surface<S> {
+        let zeros = [S::f32s::splat(simd, 0.0); 3];
+        Surface {
+            id: MISS,
+            m: zeros,
+            rgb: zeros,
+        }
+    }
+}
+
+/// The pixels at memory places `at..` of the tile, as many as there are lanes; `a`: their rays' directions; `known`: the
+/// last triangle that showed in all of some pixels like these, often the same one.
 #[inline(always)]
 fn mirror_unit<S: Lanes>(
     simd: S,
@@ -95,6 +121,7 @@ fn mirror_unit<S: Lanes>(
     tile: &Tile,
     at: usize,
     a: [S::f32s; 3],
+    known: &mut Surface<S>,
 ) -> S::u32s {
     macro_rules! splat {
         ($x:expr) => {
@@ -114,12 +141,21 @@ fn mirror_unit<S: Lanes>(
     };
     if uniform {
         // One triangle, or none: its colour is taken apart once.
-        let Some(&[x, y, z, c]) = records.get(first as usize) else {
+        if first != known.id {
+            let Some(&[x, y, z, c]) = records.get(first as usize) else {
+                return nothing;
+            };
+            let [_, r, g, b] = c.to_bits().to_be_bytes().map(f32::from);
+            *known = Surface {
+                id: first,
+                m: [splat!(x), splat!(y), splat!(z)],
+                rgb: [splat!(r), splat!(g), splat!(b)],
+            };
+        }
+        if first == MISS {
             return nothing;
-        };
-        let [_, r, g, b] = c.to_bits().to_be_bytes().map(f32::from);
-        let m = [splat!(x), splat!(y), splat!(z)];
-        return mirrored(simd, m, [splat!(r), splat!(g), splat!(b)], a);
+        }
+        return mirrored(simd, known.m, known.rgb, a);
     }
     // Misses read the first record and are blanked in the end.
     let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));

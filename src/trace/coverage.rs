@@ -38,17 +38,16 @@ pub const MOST_PAIRS: usize = 1024;
 pub struct Setup(pub [[f32; 16]; ROWS]);
 
 impl Setup {
-    /// The triangle of a lane as what covers all blocks up to column and row `last`; none where its 1/w may be zero.
-    #[inline(always)]
-    pub fn whole(&self, lane: usize, last: [usize; 2]) -> Option<Whole> {
+    /// The triangle of a lane as what covers all blocks up to column and row `last`.
+    pub fn whole(&self, lane: usize, last: [usize; 2]) -> Whole {
         let row = |i: usize| self.0[i][lane & 15];
-        (row(LOW) > 0.0).then(|| Whole {
+        Whole {
             id: row(ID).to_bits(),
             depth: [row(DEPTH), row(DEPTH + 1), row(DEPTH + 2)],
             low: row(LOW),
             high: row(HIGH),
             last,
-        })
+        }
     }
 }
 

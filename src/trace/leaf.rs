@@ -7,6 +7,7 @@
 use super::coverage::{DEPTH, EXTENT, HIGH, ID, Job, LOW, LOW_PIXEL, SURE, Scratch, min3};
 use super::depth::{NEAR, STEEP};
 use super::doubt;
+use super::frustum::block_mask;
 use super::probe::{Probe, StageTicks, Stopwatch};
 use super::raster::{self, SPECK};
 use super::space::{HALF, ROUNDOFF, TILE, TileSpace};
@@ -113,12 +114,19 @@ pub fn trace<S: Lanes, P: Probe>(
         dirty |= raster::small_triangles(simd, &job, sorted.small, scratch, tile);
     }
     let mut left = sorted.large;
+    if left != 0
+        && tile.touched | dirty == 0
+        && let Some(lane) = raster::first_whole(simd, &scratch.setup, left)
+    {
+        left &= !(1 << lane);
+        let last = context.space.last.map(|last| usize::from(last) / 4);
+        tile.take_whole(simd, scratch.setup.whole(lane, last));
+        dirty = block_mask([0, last[0] as u32 / 2, 0, last[1] as u32 / 2]);
+    }
     while left != 0 {
         let lane = left.trailing_zeros() as usize & 15;
         left &= left - 1;
-        let is_blank = tile.touched | dirty == 0;
-        let blank = is_blank.then(|| context.space.last.map(|last| usize::from(last) / 4));
-        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile, blank);
+        dirty |= raster::large_triangle(simd, &job, lane, scratch, tile);
     }
     stages.coverage += watch.lap::<P>();
     dirty

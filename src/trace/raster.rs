@@ -2,10 +2,9 @@
 
 use super::coverage::{
     Broadcast, Candidate, DEPTH, EXTENT, HIGH, Job, LOW, LOW_PIXEL, MOST_PAIRS, Place, SURE,
-    Scratch, cover, cover_unit, min3, rows_of_unit,
+    Scratch, Setup, cover, cover_unit, min3, rows_of_unit,
 };
 use super::doubt;
-use super::frustum::block_mask;
 use super::space::{HALF, ROUNDOFF, TILE};
 use super::tile::{BLOCKS, FLOORS, TABLES, Tile};
 use super::vec3s::{Vec3s, add, sub};
@@ -404,8 +403,43 @@ pub fn units<S: Lanes>(
     (first, [last[0] - first[0], last[1] - first[1]])
 }
 
-/// A triangle that is not small. `blank`: the last column and row of 4x4 blocks of the picture in this tile, if no other
-/// triangle has won a pixel of it.
+/// The first of the `large` triangles that covers the whole tile.
+#[cold]
+#[inline(never)]
+pub fn first_whole<S: Lanes>(simd: S, setup: &Setup, large: u32) -> Option<usize> {
+    simd.vectorize(
+        #[inline(always)]
+        || first_whole_on(simd, setup, large),
+    )
+}
+
+#[inline(always)]
+fn first_whole_on<S: Lanes>(simd: S, setup: &Setup, large: u32) -> Option<usize> {
+    macro_rules! row {
+        ($i:expr, $first:expr) => {
+            load(simd, &setup.0[$i], $first)
+        };
+    }
+    // From the tile's middle to its outermost pixels, and a little for rounding.
+    let across = S::f32s::splat(simd, HALF + 0.01);
+    for first in (0..16).step_by(lanes::<S>()) {
+        macro_rules! least {
+            ($edge:expr) => {
+                row!($edge + 2, first)
+                    - (row!($edge, first).abs() + row!($edge + 1, first).abs()) * across
+            };
+        }
+        let sure = row!(SURE, first);
+        let covers = min3::<S>([least!(0), least!(3), least!(6)]).simd_ge(sure + sure);
+        let covers = bits::<S>(covers & row!(LOW, first).simd_gt(0.0)) & (large >> first);
+        if covers != 0 {
+            return Some(first + covers.trailing_zeros() as usize);
+        }
+    }
+    None
+}
+
+/// A triangle that is not small.
 #[inline(always)]
 pub fn large_triangle<S: Lanes>(
     simd: S,
@@ -413,7 +447,6 @@ pub fn large_triangle<S: Lanes>(
     lane: usize,
     scratch: &Scratch,
     tile: &mut Tile,
-    blank: Option<[usize; 2]>,
 ) -> u64 {
     let who = Candidate {
         job,
@@ -455,15 +488,8 @@ pub fn large_triangle<S: Lanes>(
             (bx, by) = (x0, by + 1);
         }
     }
-    let count = |blocks: &[u64; BLOCKS / 4]| blocks.iter().map(|b| b.count_ones()).sum::<u32>();
-    if blank == Some([x1, y1])
-        && count(&full) as usize == (x1 + 1) * (y1 + 1)
-        && let Some(whole) = scratch.setup.whole(lane, [x1, y1])
-    {
-        tile.take_whole(simd, whole);
-        return block_mask([0, x1 as u32 / 2, 0, y1 as u32 / 2]);
-    }
-    if tile.whole.is_some() && count(&full) + count(&part) > 0 {
+    if tile.whole.is_some() && full != part {
+        // Where they are the same, both are empty.
         tile.write_out(simd);
     }
     for (rows, &blocks) in full.iter().enumerate() {

@@ -279,7 +279,7 @@ impl State {
         let before = self.now;
         self.now = now.max(before);
         self.turn_on(before);
-        if self.playback.advance(self.now - before) {
+        if !self.holds_bar() && self.playback.advance(self.now - before) {
             let frame = self.playback.frame();
             self.report(format!("playback ended at frame {frame}"));
         }

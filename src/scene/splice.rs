@@ -70,21 +70,27 @@ fn not_a_scene(errors: &ParseErrors) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, text)
 }
 
-/// Puts `edits`, which ascend, in their places, and `at_end` on lines of its own.
+/// Puts `edits`, which ascend, in their places, and `at_end` on lines of its own. Lines end as the first one of `text` does.
 fn edited(text: &[u8], edits: &[(Range<usize>, String)], at_end: &str) -> Vec<u8> {
+    let first = text.iter().position(|b| *b == b'\n');
+    let line_end = match first {
+        Some(at) if text[..at].ends_with(b"\r") => "\r\n",
+        _ => "\n",
+    };
+    let own = |words: &str| words.replace('\n', line_end);
     let mut new = Vec::with_capacity(text.len() + 1024);
     let mut done = 0;
     for (place, words) in edits {
         new.extend_from_slice(&text[done..place.start]);
-        new.extend_from_slice(words.as_bytes());
+        new.extend_from_slice(own(words).as_bytes());
         done = place.end;
     }
     new.extend_from_slice(&text[done..]);
     if !at_end.is_empty() {
         if new.last().is_some_and(|b| *b != b'\n') {
-            new.push(b'\n');
+            new.extend_from_slice(line_end.as_bytes());
         }
-        new.extend_from_slice(at_end.as_bytes());
+        new.extend_from_slice(own(at_end).as_bytes());
     }
     new
 }
@@ -180,6 +186,14 @@ mod tests {
         assert_eq!(spliced("", &[x]), "<o\n1\n<x 0.5\n");
         assert_eq!(spliced("<o 0", &[x, x]), "<o 2\n<x 0.5\n<x 0.5\n");
         assert_eq!(spliced("", &[]), "");
+    }
+
+    #[test]
+    fn lines_end_as_those_of_the_file_do() {
+        let x = op(Axis::X, 0.5);
+        let text = "<d\r\n0 0 -1\n0";
+        let new = with_moves(text.as_bytes(), CameraSetting::Default, &[x]).expect("a scene");
+        assert_eq!(new, b"<d\r\n0 0 -1\n0\r\n<o\r\n1\r\n<x 0.5\r\n");
     }
 
     #[test]

@@ -80,6 +80,11 @@ impl State {
         };
     }
 
+    /// The film stands where a hand holds it.
+    pub(super) fn holds_bar(&self) -> bool {
+        self.bar_until == Some(Duration::MAX)
+    }
+
     /// Where the bar is, or would be; `None` when there is one frame only or nothing may be drawn.
     #[must_use]
     pub fn bar(&self) -> Option<Bar> {

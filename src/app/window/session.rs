@@ -105,8 +105,10 @@ impl Viewer {
                 None
             }
             ElementState::Released if button == Button::Left && self.held != Held::Nothing => {
+                // A recorded session knows nothing of the hand that held the film.
+                let held = place.zip(bar).filter(|_| self.held == Held::Bar);
                 self.hold(Held::Nothing);
-                None
+                held.map(|((x, _), bar)| Action::Seek(bar.frame_at(x)))
             }
             ElementState::Released => self.input.button_up(button, now),
         };

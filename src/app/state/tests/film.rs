@@ -166,3 +166,19 @@ fn the_bar_shows_while_the_mouse_moves_near_it() {
     s.pointed_at((5.0, 5.0), false);
     assert_eq!(s.overlay().bar, None);
 }
+
+#[test]
+fn a_film_that_plays_stands_while_a_hand_holds_the_bar() {
+    let mut s = state();
+    s.play();
+    s.advance(ms(500));
+    s.pointed_at((5.0, 45.0), true);
+    s.apply(Action::Seek(10));
+    let wakes = s.next_change().expect("it plays");
+    assert!(wakes > s.now);
+    s.advance(ms(5000));
+    assert_eq!(s.frame().0, 10);
+    s.pointed_at((5.0, 45.0), false);
+    s.advance(ms(6010));
+    assert_eq!(s.frame().0, 26);
+}

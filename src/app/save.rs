@@ -2,12 +2,14 @@
 
 use std::fs;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::SystemTime;
 
 use super::loader::{Source, why_not};
+use super::painter::message_of;
 use super::state::Document;
 use crate::export::{write_new, write_whole};
 use crate::scene;
@@ -129,7 +131,8 @@ impl Saver {
                     Some((opened, path)) if *opened == job.opened => Source::File(path.clone()),
                     _ => job.origin.clone(),
                 };
-                let result = save(&origin, &job.document);
+                let result = catch_unwind(AssertUnwindSafe(|| save(&origin, &job.document)))
+                    .unwrap_or_else(|panic| Err(io::Error::other(message_of(&*panic))));
                 if let Ok(saved) = &result {
                     last = Some((job.opened, saved.path.clone()));
                 }

@@ -38,12 +38,16 @@ impl Watch {
         };
         let words = |e: notify::Error| e.to_string();
         let mut watcher = notify::recommended_watcher(on_event).map_err(words)?;
-        for (folder, _) in &places {
-            watcher
-                .watch(folder, RecursiveMode::NonRecursive)
-                .map_err(words)?;
+        let mut watch = |(folder, _): &(PathBuf, OsString)| {
+            let watched = watcher.watch(folder, RecursiveMode::NonRecursive);
+            watched.map_err(words)
+        };
+        let mut watched = Err("there is no such folder".to_owned());
+        for place in &places {
+            // One that may not be looked into does not spoil the others.
+            watched = watch(place).or(watched);
         }
-        Ok(Watch { _watcher: watcher })
+        watched.map(|()| Watch { _watcher: watcher })
     }
 }
 

@@ -81,3 +81,20 @@ fn no_module_uses_one_of_a_later_layer() {
     }
     assert!(uses > 200, "{uses} uses in {} files", files.len());
 }
+
+/// A clock that someone sets must not hold up, hurry or end anything: time is [`std::time::Instant`]. Only a file's own stamp
+/// is of the wall clock, and is compared for being the same.
+#[test]
+fn nothing_but_a_files_stamp_looks_at_the_wall_clock() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    rust_files(&src, &mut files);
+    let looks = |path: &&PathBuf| {
+        let text = fs::read_to_string(path).expect("a file");
+        text.contains("SystemTime") || text.contains("UNIX_EPOCH")
+    };
+    let found: Vec<&PathBuf> = files.iter().filter(looks).collect();
+    assert_eq!(found, [&src.join("app/save.rs")]);
+    let save = fs::read_to_string(found[0]).expect("a file");
+    assert!(!save.contains("SystemTime::now"));
+}

@@ -116,6 +116,11 @@ struct Step {
 }
 
 impl Step {
+    /// False when it only makes recorded moves of those that were there.
+    fn moves(&self) -> bool {
+        (&self.before.tail, self.before.base) != (&self.after.tail, self.after.base)
+    }
+
     /// What leads from one list to the other; `None` when they are the same.
     fn between(before: &List, after: &List) -> Option<Step> {
         if before == after {
@@ -479,8 +484,23 @@ impl Moves {
         }
     }
 
+    /// Takes back the last step that moved something, and those after it, which only recorded that. False when there is no
+    /// step.
+    pub fn undo_move(&mut self) -> bool {
+        let any = self.undo();
+        while self.future.last().is_some_and(|step| !step.moves()) && self.undo() {}
+        any
+    }
+
+    /// Does that again. False when there is nothing.
+    pub fn redo_move(&mut self) -> bool {
+        let any = self.redo();
+        while self.future.last().is_some_and(|step| !step.moves()) && self.redo() {}
+        any
+    }
+
     /// Takes back the last step. False when there is none.
-    pub fn undo(&mut self) -> bool {
+    fn undo(&mut self) -> bool {
         self.end();
         let Some(step) = self.past.pop() else {
             return false;
@@ -491,7 +511,7 @@ impl Moves {
     }
 
     /// Does again what was undone last. False when there is nothing.
-    pub fn redo(&mut self) -> bool {
+    fn redo(&mut self) -> bool {
         self.end();
         let Some(step) = self.future.pop() else {
             return false;

@@ -73,8 +73,14 @@ impl State {
 
     pub(super) fn save(&mut self, new_name: bool) {
         self.let_go_of_all();
-        // What is on top of another frame is no part of the scene.
-        let moves = self.moves.to_write(self.playback.is_at_end());
+        // What is on top of another frame is no part of the scene; what is on top of the last one becomes the end of the film,
+        // as it is in the file.
+        let is_at_end = self.playback.is_at_end();
+        if is_at_end {
+            self.moves.record();
+            self.after_move();
+        }
+        let moves = self.moves.to_write(is_at_end);
         let own = self.setting.operations.iter().copied();
         self.commands.push(Command::Save(Document {
             camera: self.camera_of(moves.base_corners()),

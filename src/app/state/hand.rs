@@ -203,7 +203,7 @@ impl State {
 
     pub(super) fn undo(&mut self) {
         self.let_go_of_all();
-        if !self.moves.undo() {
+        if !self.moves.undo_move() {
             self.say("nothing to undo".to_owned());
         }
         self.after_move();
@@ -211,7 +211,7 @@ impl State {
 
     pub(super) fn redo(&mut self) {
         self.let_go_of_all();
-        if !self.moves.redo() {
+        if !self.moves.redo_move() {
             self.say("nothing to redo".to_owned());
         }
         self.after_move();

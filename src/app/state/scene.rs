@@ -270,6 +270,32 @@ mod tests {
     }
 
     #[test]
+    fn what_is_saved_without_recording_is_the_end_of_the_film_and_one_step() {
+        let mut s = state(2);
+        let before = (s.wish(), s.frame());
+        drag(&mut s);
+        let moved = s.wish();
+        assert_eq!(s.frame(), before.1, "it lies on top");
+        let file = saved_file(&mut s);
+        let mut other = state(2);
+        other.open(file);
+        assert_eq!((s.wish(), s.frame()), (moved, other.frame()));
+        s.apply(Action::GoToStart);
+        other.apply(Action::GoToStart);
+        assert_eq!(s.wish(), other.wish(), "as the file has it");
+        s.apply(Action::GoToEnd);
+        other.apply(Action::GoToEnd);
+        // Nothing is left to record, or to ask about.
+        s.apply(Action::ToggleRecording);
+        s.apply(Action::Quit);
+        assert!(!s.is_asking());
+        s.apply(Action::Undo);
+        assert_eq!((s.wish(), s.frame()), before);
+        s.apply(Action::Redo);
+        assert_eq!((s.wish(), s.frame()), (moved, other.frame()));
+    }
+
+    #[test]
     fn what_was_saved_and_changed_in_the_file_stays_there_and_later_moves_follow() {
         let mut s = state(2);
         record(&mut s);

@@ -164,6 +164,7 @@ impl Tile {
     #[inline(always)]
     pub fn renew_floor<S: Lanes>(&mut self, simd: S, block: usize) -> f32 {
         if self.whole.is_some() {
+            // They are up to date, and `z` is not.
             let at = (block / 8 * 2 * BLOCKS + block % 8 * 2) & (BLOCKS * BLOCKS - 1);
             let below = (at + BLOCKS) & (BLOCKS * BLOCKS - 1);
             let (above, below) = (&self.floor[at..at + 2], &self.floor[below..below + 2]);

@@ -54,10 +54,7 @@ impl Stamp {
 /// When the text cannot be read or is no scene any more, and when the file cannot be written.
 pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let text = match source {
-        Source::File(path) => fs::read(path).map_err(|e| {
-            let words = format!("cannot read {}: {}", path.display(), why_not(&e));
-            io::Error::new(e.kind(), words)
-        })?,
+        Source::File(path) => fs::read(path).map_err(naming("cannot read ", path))?,
         Source::Text { text, .. } => text.to_vec(),
         Source::Demo(demo) => {
             let mut text = Vec::new();
@@ -69,10 +66,7 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let text = scene::with_moves(&text, document.camera, &document.operations)?;
     let (folder, stem) = match source {
         Source::File(path) if !document.new_name => {
-            write_whole(path, |out| out.write_all(&text)).map_err(|e| {
-                let words = format!("{}: {}", path.display(), why_not(&e));
-                io::Error::new(e.kind(), words)
-            })?;
+            write_whole(path, |out| out.write_all(&text)).map_err(naming("", path))?;
             let path = path.clone();
             return Ok(Saved { path, text, from });
         }
@@ -96,6 +90,12 @@ pub fn save(source: &Source, document: &Document) -> io::Result<Saved> {
     let here = folder == Path::new(".");
     let path = if here { name.into() } else { folder.join(name) };
     Ok(Saved { path, text, from })
+}
+
+/// Errors with the file in their words, after `what`.
+fn naming(what: &str, path: &Path) -> impl Fn(io::Error) -> io::Error {
+    let file = format!("{what}{}", path.display());
+    move |e| io::Error::new(e.kind(), format!("{file}: {}", why_not(&e)))
 }
 
 /// A scene to save.

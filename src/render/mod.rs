@@ -243,7 +243,7 @@ impl Renderer {
             if hit || wanted == Wanted::Costs {
                 shader.shade(tracer.tile(), out);
             } else {
-                shade::background(settings.kernel, out);
+                shade::background(out);
             }
             clock.shaded();
         })

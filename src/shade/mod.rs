@@ -14,8 +14,8 @@ use glam::DVec3;
 use crate::camera::View;
 use crate::color::Rgb;
 use crate::math::power_of_two_below;
-use crate::raw::{PlaneTile, streamed};
-use crate::simd::{Kernel, Lanes, dispatch};
+use crate::raw::PlaneTile;
+use crate::simd::{Kernel, Lanes, lanes};
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
 use crate::world::World;
@@ -206,16 +206,27 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// Colours a tile without hits.
-pub fn background(kernel: Kernel, out: &mut PlaneTile<'_, u32>) {
-    dispatch!(kernel, simd => {
-        let row = [Rgb::BLACK.packed(); TILE];
-        for y in 0..out.height() {
-            let to = out.row(y);
-            simd.stream(to, &row[..to.len()]);
-        }
-    });
-    streamed();
+/// Colours a tile without hits. A plain copy: see [`write_row`].
+pub fn background(out: &mut PlaneTile<'_, u32>) {
+    let row = [Rgb::BLACK.packed(); TILE];
+    for y in 0..out.height() {
+        let to = out.row(y);
+        to.copy_from_slice(&row[..to.len()]);
+    }
+}
+
+/// Writes a row of pixels that were computed. Narrow stores to a line that is not in the caches wait for it, so they
+/// go past these; wide ones, of 16 lanes or of the copy of a whole row, do not, and leave the picture where the next
+/// one to read it is quick.
+#[inline(always)]
+fn write_row<S: Lanes>(simd: S, to: &mut [u32], row: &[u32]) {
+    if lanes::<S>() < 16 {
+        simd.stream(to, row);
+    } else if let (Some(to), Some(row)) = (to.first_chunk_mut::<TILE>(), row.first_chunk()) {
+        *to = *row;
+    } else {
+        to.copy_from_slice(row);
+    }
 }
 
 /// Where a row of 4x4 blocks lies.

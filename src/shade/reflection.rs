@@ -3,7 +3,7 @@
 //! Instead of each ray, the light is mirrored at each triangle, once: with unit `n` and `L`,
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
-use super::{BlockRow, Shader, dot, pixel};
+use super::{BlockRow, Shader, dot, pixel, write_row};
 use crate::frame::MISS;
 use crate::raw::{PlaneTile, streamed};
 use crate::simd::{
@@ -11,6 +11,17 @@ use crate::simd::{
 };
 use crate::trace::tile::{BLOCKS, block_offset};
 use crate::trace::{TILE, Tile};
+
+/// The columns of a tile.
+static COLUMNS: [f32; TILE] = {
+    let mut columns = [0.0; TILE];
+    let mut x = 0;
+    while x < TILE {
+        columns[x] = x as f32;
+        x += 1;
+    }
+    columns
+};
 
 /// x and y of the pixels of a 4x4 block.
 static LANE_X: [f32; 16] = [
@@ -29,7 +40,54 @@ static LANE_Y: [f32; 16] = [
 /// channel = round_half_even(shown·C)
 /// ```
 pub fn mirror(shader: &Shader<'_>, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
-    dispatch!(shader.kernel, simd => mirror_tile(simd, shader, tile, out));
+    dispatch!(shader.kernel, simd => match tile.whole {
+        Some(whole) => mirror_whole(simd, shader, whole.id, out),
+        None => mirror_tile(simd, shader, tile, out),
+    });
+}
+
+/// A tile that shows the triangle `id` everywhere: there is no order of blocks to follow, so rows are made as such.
+#[inline(always)]
+fn mirror_whole<S: Lanes>(simd: S, shader: &Shader<'_>, id: u32, out: &mut PlaneTile<'_, u32>) {
+    macro_rules! splat {
+        ($x:expr) => {
+            S::f32s::splat(simd, $x)
+        };
+    }
+    let rays = &shader.rays;
+    let surface = Surface::new(simd, shader.world.mirror_records()[id as usize]);
+    // x·dx of each vector of columns.
+    let mut across = [[splat!(0.0); 3]; TILE / 4];
+    let across = &mut across[..TILE / lanes::<S>()];
+    for (i, column) in across.iter_mut().enumerate() {
+        let first = i * lanes::<S>();
+        let x = load(simd, &COLUMNS, first) + splat!(out.x() as f32);
+        *column = [
+            x * splat!(rays.dx[0]),
+            x * splat!(rays.dx[1]),
+            x * splat!(rays.dx[2]),
+        ];
+    }
+    let width = out.width();
+    for row in 0..out.height() {
+        let y = splat!((out.y() + row) as f32);
+        let down = [
+            splat!(rays.base[0]) + y * splat!(rays.dy[0]),
+            splat!(rays.base[1]) + y * splat!(rays.dy[1]),
+            splat!(rays.base[2]) + y * splat!(rays.dy[2]),
+        ];
+        let mut pixels = [0u32; TILE];
+        for (pixels, across) in pixels.chunks_exact_mut(lanes::<S>()).zip(across.iter()) {
+            let a = [
+                down[0] + across[0],
+                down[1] + across[1],
+                down[2] + across[2],
+            ];
+            mirrored(simd, surface.m, surface.half_rgb, a).store_slice(pixels);
+        }
+        write_row(simd, out.row(row), &pixels[..width]);
+    }
+    streamed();
 }
 
 #[inline(always)]
@@ -52,7 +110,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         ];
     }
     let mut rows: BlockRow = [[0; TILE]; 4];
-    let mut known = Surface::none(simd);
+    let mut known = (MISS, Surface::new(simd, [0.0; 4]));
     let width = out.width();
     for by in 0..out.height().div_ceil(4) {
         let touched = tile.touched_in_row(by);
@@ -84,7 +142,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
             first += lanes::<S>();
         }
         for (y, row) in rows.iter().enumerate().take(out.height() - 4 * by) {
-            simd.stream(out.row(4 * by + y), &row[..width]);
+            write_row(simd, out.row(4 * by + y), &row[..width]);
         }
     }
     streamed();
@@ -92,28 +150,32 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
 
 /// A triangle in all lanes.
 struct Surface<S: Lanes> {
-    /// In leaf order.
-    id: u32,
     /// Where the light is mirrored to.
     m: [S::f32s; 3],
-    rgb: [S::f32s; 3],
+    /// Half the colour: see [`mirrored`].
+    half_rgb: [S::f32s; 3],
 }
 
 impl<S: Lanes> Surface<S> {
-    /// No triangle.
+    /// What a record of a triangle says.
     #[inline(always)]
-    fn none(simd: S) -> Surface<S> {
-        let zeros = [S::f32s::splat(simd, 0.0); 3];
+    fn new(simd: S, [x, y, z, color]: [f32; 4]) -> Surface<S> {
+        let half = |channel| 0.5 * f32::from(channel);
+        let [_, r, g, b] = color.to_bits().to_be_bytes().map(half);
+        macro_rules! splat {
+            ($x:expr) => {
+                S::f32s::splat(simd, $x)
+            };
+        }
         Surface {
-            id: MISS,
-            m: zeros,
-            rgb: zeros,
+            m: [splat!(x), splat!(y), splat!(z)],
+            half_rgb: [splat!(r), splat!(g), splat!(b)],
         }
     }
 }
 
 /// The pixels at memory places `at..` of the tile, as many as there are lanes; `a`: their rays' directions; `known`: the
-/// last triangle that showed in all of some pixels like these, often the same one.
+/// last triangle that showed in all of some pixels like these, with its number: often the same one.
 #[inline(always)]
 fn mirror_unit<S: Lanes>(
     simd: S,
@@ -121,7 +183,7 @@ fn mirror_unit<S: Lanes>(
     tile: &Tile,
     at: usize,
     a: [S::f32s; 3],
-    known: &mut Surface<S>,
+    known: &mut (u32, Surface<S>),
 ) -> S::u32s {
     macro_rules! splat {
         ($x:expr) => {
@@ -131,31 +193,19 @@ fn mirror_unit<S: Lanes>(
     let records = shader.world.mirror_records();
     let nothing = S::u32s::splat(simd, 0);
     let ids = S::u32s::from_slice(simd, &tile.id[at..at + lanes::<S>()]);
-    let (first, uniform) = match tile.whole {
-        Some(whole) => (whole.id, true),
-        None => {
-            let first = tile.id[at];
-            let same = ids.simd_eq(S::u32s::splat(simd, first));
-            (first, same.all_true())
-        }
-    };
-    if uniform {
+    let first = tile.id[at];
+    if ids.simd_eq(S::u32s::splat(simd, first)).all_true() {
         // One triangle, or none: its colour is taken apart once.
-        if first != known.id {
-            let Some(&[x, y, z, c]) = records.get(first as usize) else {
+        if first != known.0 {
+            let Some(&record) = records.get(first as usize) else {
                 return nothing;
             };
-            let [_, r, g, b] = c.to_bits().to_be_bytes().map(f32::from);
-            *known = Surface {
-                id: first,
-                m: [splat!(x), splat!(y), splat!(z)],
-                rgb: [splat!(r), splat!(g), splat!(b)],
-            };
+            *known = (first, Surface::new(simd, record));
         }
         if first == MISS {
             return nothing;
         }
-        return mirrored(simd, known.m, known.rgb, a);
+        return mirrored(simd, known.1.m, known.1.half_rgb, a);
     }
     // Misses read the first record and are blanked in the end.
     let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));
@@ -167,17 +217,22 @@ fn mirror_unit<S: Lanes>(
     macro_rules! channel {
         ($shift:expr) => {{
             let c: S::i32s = ((color >> $shift) & S::u32s::splat(simd, 255)).bitcast();
-            c.to_float()
+            c.to_float::<S::f32s>() * splat!(0.5)
         }};
     }
     let rgb = mirrored(simd, [x, y, z], [channel!(16), channel!(8), channel!(0)], a);
     hit.select(rgb, nothing)
 }
 
-/// The pixels whose rays have the directions `a`, where the light is mirrored to `m` and the colours are `rgb`, each channel
-/// of 0..=255.
+/// The pixels whose rays have the directions `a`, where the light is mirrored to `m` and the colours are twice `half_rgb`,
+/// each channel of 0..=255.
 #[inline(always)]
-fn mirrored<S: Lanes>(simd: S, m: [S::f32s; 3], rgb: [S::f32s; 3], a: [S::f32s; 3]) -> S::u32s {
+fn mirrored<S: Lanes>(
+    simd: S,
+    m: [S::f32s; 3],
+    half_rgb: [S::f32s; 3],
+    a: [S::f32s; 3],
+) -> S::u32s {
     macro_rules! splat {
         ($x:expr) => {
             S::f32s::splat(simd, $x)
@@ -185,16 +240,16 @@ fn mirrored<S: Lanes>(simd: S, m: [S::f32s; 3], rgb: [S::f32s; 3], a: [S::f32s; 
     }
     let length = ((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]).sqrt();
     let cosine = ((m[0] * a[0] + m[1] * a[1]) + m[2] * a[2]) / length;
-    let shown = (splat!(1.0) - cosine) * splat!(0.5);
-    let shown = shown.max(splat!(0.0)).min(splat!(1.0));
+    // Twice what is shown, of half the colour: to halve is exact, so the products are the same.
+    let twice = (splat!(1.0) - cosine).max(splat!(0.0)).min(splat!(2.0));
     // With 2²³ added, which rounds to whole numbers, halves to even, the number is in the lowest bits, below those of the
     // exponent.
     macro_rules! channel {
-        ($channel:expr) => {
-            (shown * $channel + splat!(8_388_608.0)).bitcast::<S::u32s>()
+        ($half:expr) => {
+            (twice * $half + splat!(8_388_608.0)).bitcast::<S::u32s>()
         };
     }
-    let pixels = channel!(rgb[0]) << 16 | channel!(rgb[1]) << 8 | channel!(rgb[2]);
+    let pixels = channel!(half_rgb[0]) << 16 | channel!(half_rgb[1]) << 8 | channel!(half_rgb[2]);
     pixels & S::u32s::splat(simd, 0xff_ffff)
 }
 

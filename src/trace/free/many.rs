@@ -6,6 +6,7 @@
 //! the middle of the next two. In front of a hedge a narrow beam meets as much as a wide one does in a bare room. What is hit does not depend on any of this.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use super::Ray;
 use super::beam::Beam;
@@ -23,6 +24,8 @@ pub const AT_ONCE: usize = 1 << 18;
 
 /// Rays are asked for so many ahead of their use.
 const AHEAD: usize = 2 * MOST;
+/// Lines of the caches that a window of rays takes.
+const LINES: usize = MOST * size_of::<Ray>() / 64;
 
 /// Fewer rays than this are no beam.
 const LEAST: u32 = 8;
@@ -106,11 +109,17 @@ impl Company {
         let mut first = 0;
         let all = rays;
         for (rays, hits) in rays.chunks(MOST).zip(hits.chunks_mut(MOST)) {
-            for line in 0..MOST * size_of::<Ray>() / 64 {
-                prefetch(all, first + AHEAD, line);
-            }
+            // A few lines at a time: more than the CPU can wait for at once would hold up whatever comes next.
+            let ask = |lines: Range<usize>| {
+                for line in lines {
+                    prefetch(all, first + AHEAD, line);
+                }
+            };
+            ask(0..LINES / 4);
             self.window.fill(simd, rays, &extent);
+            ask(LINES / 4..LINES / 2);
             let in_beams = self.beams(simd, tree, rays, hits, stack);
+            ask(LINES / 2..LINES);
             self.put_aside(rays, first, !in_beams);
             first += rays.len();
         }

@@ -3,7 +3,7 @@
 //! Instead of each ray, the light is mirrored at each triangle, once: with unit `n` and `L`,
 //! `cosine = (L·r)/|r| = (m·a)/|a|`, `m = L − 2(L·n)n`. That does not depend on which side `n` is on.
 
-use super::{BlockRow, Shader, dot, pixel, write_row};
+use super::{BlockRow, Rays, Shader, dot, pixel, write_row};
 use crate::frame::MISS;
 use crate::raw::{PlaneTile, streamed};
 use crate::simd::{
@@ -46,42 +46,51 @@ pub fn mirror(shader: &Shader<'_>, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
     });
 }
 
-/// A tile that shows the triangle `id` everywhere: there is no order of blocks to follow, so rows are made as such.
+/// Three numbers in all lanes.
+#[inline(always)]
+fn splat3<S: Lanes>(simd: S, [x, y, z]: [f32; 3]) -> [S::f32s; 3] {
+    [
+        S::f32s::splat(simd, x),
+        S::f32s::splat(simd, y),
+        S::f32s::splat(simd, z),
+    ]
+}
+
+/// What columns `x` add to a direction: x·dx.
+#[inline(always)]
+fn of_columns<S: Lanes>(simd: S, rays: &Rays, x: S::f32s) -> [S::f32s; 3] {
+    let [dx, dy, dz] = splat3(simd, rays.dx);
+    [x * dx, x * dy, x * dz]
+}
+
+/// The directions of rows `y`, without what columns add: base + y·dy.
+#[inline(always)]
+fn of_rows<S: Lanes>(simd: S, rays: &Rays, y: S::f32s) -> [S::f32s; 3] {
+    let [dx, dy, dz] = splat3(simd, rays.dy);
+    let base = splat3(simd, rays.base);
+    [base[0] + y * dx, base[1] + y * dy, base[2] + y * dz]
+}
+
+/// A tile that shows the triangle `id` everywhere: there is no order of blocks to follow, so it goes row by row.
 #[inline(always)]
 fn mirror_whole<S: Lanes>(simd: S, shader: &Shader<'_>, id: u32, out: &mut PlaneTile<'_, u32>) {
-    macro_rules! splat {
-        ($x:expr) => {
-            S::f32s::splat(simd, $x)
-        };
-    }
-    let rays = &shader.rays;
     let surface = Surface::new(simd, shader.world.mirror_records()[id as usize]);
-    // x·dx of each vector of columns.
-    let mut across = [[splat!(0.0); 3]; TILE / 4];
-    let across = &mut across[..TILE / lanes::<S>()];
-    for (i, column) in across.iter_mut().enumerate() {
-        let first = i * lanes::<S>();
-        let x = load(simd, &COLUMNS, first) + splat!(out.x() as f32);
-        *column = [
-            x * splat!(rays.dx[0]),
-            x * splat!(rays.dx[1]),
-            x * splat!(rays.dx[2]),
-        ];
+    let mut columns = [splat3(simd, [0.0; 3]); TILE / 4];
+    let columns = &mut columns[..TILE / lanes::<S>()];
+    for (i, column) in columns.iter_mut().enumerate() {
+        let x = load(simd, &COLUMNS, i * lanes::<S>()) + S::f32s::splat(simd, out.x() as f32);
+        *column = of_columns(simd, &shader.rays, x);
     }
     let width = out.width();
     for row in 0..out.height() {
-        let y = splat!((out.y() + row) as f32);
-        let down = [
-            splat!(rays.base[0]) + y * splat!(rays.dy[0]),
-            splat!(rays.base[1]) + y * splat!(rays.dy[1]),
-            splat!(rays.base[2]) + y * splat!(rays.dy[2]),
-        ];
+        let y = S::f32s::splat(simd, (out.y() + row) as f32);
+        let row_part = of_rows(simd, &shader.rays, y);
         let mut pixels = [0u32; TILE];
-        for (pixels, across) in pixels.chunks_exact_mut(lanes::<S>()).zip(across.iter()) {
+        for (pixels, column) in pixels.chunks_exact_mut(lanes::<S>()).zip(columns.iter()) {
             let a = [
-                down[0] + across[0],
-                down[1] + across[1],
-                down[2] + across[2],
+                row_part[0] + column[0],
+                row_part[1] + column[1],
+                row_part[2] + column[2],
             ];
             mirrored(simd, surface.m, surface.half_rgb, a).store_slice(pixels);
         }
@@ -90,24 +99,15 @@ fn mirror_whole<S: Lanes>(simd: S, shader: &Shader<'_>, id: u32, out: &mut Plane
     streamed();
 }
 
+/// A tile of many triangles, by blocks of 4x4 pixels.
 #[inline(always)]
 fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut PlaneTile<'_, u32>) {
-    macro_rules! splat {
-        ($x:expr) => {
-            S::f32s::splat(simd, $x)
-        };
-    }
-    let rays = &shader.rays;
-    // x·dx of the four pixels of each column of blocks, again and again over the lanes.
-    let mut across = [[splat!(0.0); 3]; BLOCKS];
+    let mut columns = [splat3(simd, [0.0; 3]); BLOCKS];
     let lane_x = load(simd, &LANE_X, 0);
-    for (bx, column) in across.iter_mut().enumerate() {
-        let x = lane_x + splat!((out.x() + 4 * bx) as f32);
-        *column = [
-            x * splat!(rays.dx[0]),
-            x * splat!(rays.dx[1]),
-            x * splat!(rays.dx[2]),
-        ];
+    for (bx, column) in columns.iter_mut().enumerate() {
+        // The four pixels of a column of blocks, again and again over the lanes.
+        let x = lane_x + S::f32s::splat(simd, (out.x() + 4 * bx) as f32);
+        *column = of_columns(simd, &shader.rays, x);
     }
     let mut rows: BlockRow = [[0; TILE]; 4];
     let mut known = (MISS, Surface::new(simd, [0.0; 4]));
@@ -116,19 +116,15 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         let touched = tile.touched_in_row(by);
         let mut first = 0;
         while first < 16 {
-            let y = load(simd, &LANE_Y, first) + splat!((out.y() + 4 * by) as f32);
-            let down = [
-                splat!(rays.base[0]) + y * splat!(rays.dy[0]),
-                splat!(rays.base[1]) + y * splat!(rays.dy[1]),
-                splat!(rays.base[2]) + y * splat!(rays.dy[2]),
-            ];
-            for (bx, across) in across.iter().enumerate() {
+            let y = load(simd, &LANE_Y, first) + S::f32s::splat(simd, (out.y() + 4 * by) as f32);
+            let row_part = of_rows(simd, &shader.rays, y);
+            for (bx, column) in columns.iter().enumerate() {
                 let mut pixels = [0u32; 16];
                 if touched >> (bx / 2) & 1 != 0 {
                     let a = [
-                        down[0] + across[0],
-                        down[1] + across[1],
-                        down[2] + across[2],
+                        row_part[0] + column[0],
+                        row_part[1] + column[1],
+                        row_part[2] + column[2],
                     ];
                     let at = (block_offset(bx, by) & 0xff0) + first;
                     mirror_unit(simd, shader, tile, at, a, &mut known)
@@ -162,14 +158,9 @@ impl<S: Lanes> Surface<S> {
     fn new(simd: S, [x, y, z, color]: [f32; 4]) -> Surface<S> {
         let half = |channel| 0.5 * f32::from(channel);
         let [_, r, g, b] = color.to_bits().to_be_bytes().map(half);
-        macro_rules! splat {
-            ($x:expr) => {
-                S::f32s::splat(simd, $x)
-            };
-        }
         Surface {
-            m: [splat!(x), splat!(y), splat!(z)],
-            half_rgb: [splat!(r), splat!(g), splat!(b)],
+            m: splat3(simd, [x, y, z]),
+            half_rgb: splat3(simd, [r, g, b]),
         }
     }
 }

@@ -234,6 +234,10 @@ pub trait Lanes: Simd {
         }
     }
 
+    /// The pixels of four units side by side, each 4 pixels wide: row by row, 16 pixels a row, which the vectors then
+    /// hold one after the other.
+    fn in_rows(self, units: [Self::u32s; 4]) -> [Self::u32s; 4];
+
     /// `table[index[lane]]`, or `missing` where the table ends before.
     #[inline(always)]
     fn look_up(self, table: &[u32], index: &[u32], missing: u32) -> Self::u32s {
@@ -313,6 +317,12 @@ macro_rules! four_lanes {
             #[inline(always)]
             fn vertex(self, scratch: &VertexScratch, vertex: usize) -> [f32; 4] {
                 scratch.aos(vertex)
+            }
+
+            #[inline(always)]
+            fn in_rows(self, units: [Self::u32s; 4]) -> [Self::u32s; 4] {
+                // A unit is four pixels of one row.
+                units
             }
 
             #[inline(always)]

@@ -110,6 +110,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         *column = of_columns(simd, &shader.rays, x);
     }
     let mut rows: BlockRow = [[0; TILE]; 4];
+    let nothing = S::u32s::splat(simd, 0);
     let mut known = (MISS, Surface::new(simd, [0.0; 4]));
     let width = out.width();
     for by in 0..out.height().div_ceil(4) {
@@ -118,22 +119,37 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         while first < 16 {
             let y = load(simd, &LANE_Y, first) + S::f32s::splat(simd, (out.y() + 4 * by) as f32);
             let row_part = of_rows(simd, &shader.rays, y);
-            for (bx, column) in columns.iter().enumerate() {
-                let mut pixels = [0u32; 16];
-                if touched >> (bx / 2) & 1 != 0 {
-                    let a = [
-                        row_part[0] + column[0],
-                        row_part[1] + column[1],
-                        row_part[2] + column[2],
-                    ];
-                    let at = (block_offset(bx, by) & 0xff0) + first;
-                    mirror_unit(simd, shader, tile, at, a, &mut known)
-                        .store_slice(&mut pixels[..lanes::<S>()]);
+            for four in 0..BLOCKS / 4 {
+                macro_rules! unit {
+                    ($i:expr) => {{
+                        let bx = 4 * four + $i;
+                        if touched >> (bx / 2) & 1 != 0 {
+                            let column = &columns[bx];
+                            let a = [
+                                row_part[0] + column[0],
+                                row_part[1] + column[1],
+                                row_part[2] + column[2],
+                            ];
+                            let at = (block_offset(bx, by) & 0xff0) + first;
+                            mirror_unit(simd, shader, tile, at, a, &mut known)
+                        } else {
+                            nothing
+                        }
+                    }};
                 }
-                let units = pixels[..lanes::<S>()].chunks_exact(4);
-                for (row, four) in rows[first / 4..].iter_mut().zip(units) {
-                    row[4 * bx..4 * bx + 4].copy_from_slice(four);
+                let [p, q, r, s] = simd.in_rows([unit!(0), unit!(1), unit!(2), unit!(3)]);
+                macro_rules! put {
+                    ($pixels:expr, $i:expr) => {
+                        let at = $i * lanes::<S>();
+                        let column = 16 * four + at % 16;
+                        let row = &mut rows[(first / 4 + at / 16) % 4];
+                        $pixels.store_slice(&mut row[column..column + lanes::<S>()]);
+                    };
                 }
+                put!(p, 0);
+                put!(q, 1);
+                put!(r, 2);
+                put!(s, 3);
             }
             first += lanes::<S>();
         }

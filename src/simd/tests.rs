@@ -54,6 +54,26 @@ fn put_pairs<S: Lanes>(simd: S) {
 }
 
 #[test]
+fn units_side_by_side_become_rows() {
+    at_every_width!(simd => in_rows(simd));
+}
+
+#[inline(always)]
+fn in_rows<S: Lanes>(simd: S) {
+    let of = |unit: u32| {
+        let numbers: [u32; 16] =
+            std::array::from_fn(|i| i as u32 / 4 * 16 + 4 * unit + i as u32 % 4);
+        S::u32s::from_slice(simd, &numbers[..lanes::<S>()])
+    };
+    let rows = simd.in_rows([of(0), of(1), of(2), of(3)]);
+    for (i, row) in rows.iter().enumerate() {
+        for lane in 0..lanes::<S>() {
+            assert_eq!(row[lane] as usize, i * lanes::<S>() + lane);
+        }
+    }
+}
+
+#[test]
 fn streaming_copies_every_word_wherever_it_starts() {
     let from: Vec<u32> = (0..200).collect();
     at_every_width!(simd => {

@@ -62,7 +62,26 @@ kernel!(
     }
 );
 
+kernel!(
+    /// Four units of two rows by 4 pixels as two rows of 16.
+    #[inline(always)]
+    fn in_rows8(token: Avx2, units: [u32x8<Avx2>; 4]) -> [u32x8<Avx2>; 4] {
+        let [a, b, c, d] = units.map(|v| -> __m256i { v.into() });
+        [
+            _mm256_permute2x128_si256::<0x20>(a, b).simd_into(token),
+            _mm256_permute2x128_si256::<0x20>(c, d).simd_into(token),
+            _mm256_permute2x128_si256::<0x31>(a, b).simd_into(token),
+            _mm256_permute2x128_si256::<0x31>(c, d).simd_into(token),
+        ]
+    }
+);
+
 impl Lanes for Avx2 {
+    #[inline(always)]
+    fn in_rows(self, units: [Self::u32s; 4]) -> [Self::u32s; 4] {
+        in_rows8(self, units)
+    }
+
     #[inline(always)]
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
         macro_rules! row {
@@ -249,7 +268,34 @@ kernel!(
     }
 );
 
+kernel!(
+    /// Four units of 4x4 pixels as four rows of 16.
+    #[inline(always)]
+    fn in_rows16(token: Avx512, units: [u32x16<Avx512>; 4]) -> [u32x16<Avx512>; 4] {
+        let [a, b, c, d] = units.map(|v| -> __m512i { v.into() });
+        let (ab01, ab23) = (
+            _mm512_shuffle_i32x4::<0x44>(a, b),
+            _mm512_shuffle_i32x4::<0xee>(a, b),
+        );
+        let (cd01, cd23) = (
+            _mm512_shuffle_i32x4::<0x44>(c, d),
+            _mm512_shuffle_i32x4::<0xee>(c, d),
+        );
+        [
+            _mm512_shuffle_i32x4::<0x88>(ab01, cd01).simd_into(token),
+            _mm512_shuffle_i32x4::<0xdd>(ab01, cd01).simd_into(token),
+            _mm512_shuffle_i32x4::<0x88>(ab23, cd23).simd_into(token),
+            _mm512_shuffle_i32x4::<0xdd>(ab23, cd23).simd_into(token),
+        ]
+    }
+);
+
 impl Lanes for Avx512 {
+    #[inline(always)]
+    fn in_rows(self, units: [Self::u32s; 4]) -> [Self::u32s; 4] {
+        in_rows16(self, units)
+    }
+
     #[inline(always)]
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
         macro_rules! row {

@@ -196,8 +196,10 @@ pub fn store<S: Simd>(lanes_of: S::f32s, to: &mut [f32], at: usize) {
 pub trait Lanes: Simd {
     /// Rows of four numbers, one for each lane, as four vectors: `table[index[lane]][k]` in lane `lane` of vector k.
     ///
+    /// For an index beyond the table, its last row.
+    ///
     /// # Panics
-    /// When an index is outside the table, or `index` shorter than the lanes.
+    /// When the table is empty, or `index` shorter than the lanes.
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4];
 
     /// Four neighbours for each lane as four vectors: `table[start[lane] + k]` in lane `lane` of vector k.
@@ -266,6 +268,13 @@ pub fn transpose4<S: Simd>(rows: [f32x4<S>; 4]) -> [f32x4<S>; 4] {
     ]
 }
 
+/// The number of the last row.
+#[inline(always)]
+fn last_row(table: &[[f32; 4]]) -> usize {
+    assert!(!table.is_empty(), "no rows");
+    table.len() - 1
+}
+
 /// Byte `i` of 16 bytes in four words.
 #[inline(always)]
 fn byte(words: [u32; 4], i: usize) -> usize {
@@ -277,9 +286,10 @@ macro_rules! four_lanes {
         impl Lanes for $token {
             #[inline(always)]
             fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+                let last = last_row(table);
                 macro_rules! row {
                     ($lane:expr) => {
-                        f32x4::load_array(self, table[index[$lane] as usize])
+                        f32x4::load_array(self, table[(index[$lane] as usize).min(last)])
                     };
                 }
                 transpose4([row!(0), row!(1), row!(2), row!(3)])

@@ -119,7 +119,7 @@ fn mirror_tile<S: Lanes>(simd: S, shader: &Shader<'_>, tile: &Tile, out: &mut Pl
         while first < 16 {
             let y = load(simd, &LANE_Y, first) + S::f32s::splat(simd, (out.y() + 4 * by) as f32);
             let row_part = of_rows(simd, &shader.rays, y);
-            for four in 0..BLOCKS / 4 {
+            for four in 0..width.div_ceil(16) {
                 macro_rules! unit {
                     ($i:expr) => {{
                         let bx = 4 * four + $i;
@@ -214,12 +214,9 @@ fn mirror_unit<S: Lanes>(
         }
         return mirrored(simd, known.1.m, known.1.half_rgb, a);
     }
-    // Misses read the first record and are blanked in the end.
+    // Misses read some record and are blanked in the end.
     let hit = load(simd, &tile.z, at).simd_gt(splat!(0.0));
-    let mut known = [0u32; 16];
-    hit.select(ids, nothing)
-        .store_slice(&mut known[..lanes::<S>()]);
-    let [x, y, z, c] = simd.gather4(records, &known[..lanes::<S>()]);
+    let [x, y, z, c] = simd.gather4(records, &tile.id[at..at + lanes::<S>()]);
     let color: S::u32s = c.bitcast();
     macro_rules! channel {
         ($shift:expr) => {{

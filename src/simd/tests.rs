@@ -32,6 +32,27 @@ fn a_look_up_finds_what_the_table_has() {
 }
 
 #[test]
+fn a_gather_takes_the_last_row_for_all_beyond() {
+    let table: Vec<[f32; 4]> = (0..40)
+        .map(|i| [0.0, 0.25, 0.5, 0.75].map(|k| i as f32 + k))
+        .collect();
+    let index: [u32; 16] = std::array::from_fn(|i| match i % 4 {
+        0 => 39,
+        1 => 40,
+        2 => u32::MAX,
+        _ => i as u32,
+    });
+    at_every_width!(simd => {
+        let columns = simd.gather4(&table, &index);
+        for (k, column) in columns.iter().enumerate() {
+            for (lane, &index) in index[..lanes_of(simd)].iter().enumerate() {
+                assert_eq!(column[lane], table[index.min(39) as usize][k]);
+            }
+        }
+    });
+}
+
+#[test]
 fn pairs_lie_in_turn_row_by_row() {
     at_every_width!(simd => put_pairs(simd));
 }

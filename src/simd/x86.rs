@@ -84,9 +84,10 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+        let (last, index) = (last_row(table), &index[..8]);
         macro_rules! row {
             ($lane:expr) => {
-                f32x4::load_array(self, table[index[$lane] as usize])
+                f32x4::load_array(self, table[(index[$lane] as usize).min(last)])
             };
         }
         transpose8(self, each!(row: 0 1 2 3 4 5 6 7))
@@ -298,9 +299,10 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn gather4(self, table: &[[f32; 4]], index: &[u32]) -> [Self::f32s; 4] {
+        let (last, index) = (last_row(table), &index[..16]);
         macro_rules! row {
             ($lane:expr) => {
-                f32x4::load_array(self, table[index[$lane] as usize])
+                f32x4::load_array(self, table[(index[$lane] as usize).min(last)])
             };
         }
         transpose16(self, fours!(self, row))

@@ -206,12 +206,10 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// Colours a tile without hits. A plain copy: see [`write_row`].
+/// Colours a tile without hits, through the caches: see [`write_row`].
 pub fn background(out: &mut PlaneTile<'_, u32>) {
-    let row = [Rgb::BLACK.packed(); TILE];
     for y in 0..out.height() {
-        let to = out.row(y);
-        to.copy_from_slice(&row[..to.len()]);
+        out.row(y).fill(Rgb::BLACK.packed());
     }
 }
 
